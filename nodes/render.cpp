@@ -143,12 +143,15 @@ static ::render::Camera camera_of(const Inputs& in, const ::render::Scene& scene
         return c.parallel ? ::render::parallel_from(stands) : stands;
     }
     const double turn = c.kind == CameraParams::Kind::turntable ? c.turn * turns : 0;
-    double legend = scene.legend ? ::render::width_of(*scene.legend, in.width, in.height) : 0;
+    const std::array<int, 2> size = c.views == CameraParams::Views::one
+                                        ? std::array{in.width, in.height}
+                                        : ::render::fourth_size(in.width, in.height);
+    double legend = scene.legend ? ::render::width_of(*scene.legend, size[0], size[1]) : 0;
     if (legend > 0.45) legend = 0;  // a thumbnail: there is no beside
     const auto fit = [&](const auto& held) {
         return ::render::fit(held, (c.azimuth + turn) * degrees, c.elevation * degrees,
                              c.parallel ? ::render::parallel_view : c.field_of_view * degrees,
-                             double(in.width) / in.height, c.margin, legend);
+                             double(size[0]) / size[1], c.margin, legend);
     };
     const bool round = c.kind == CameraParams::Kind::turntable;
     const std::span<const Vec3f> points = held_points(in);

@@ -7,6 +7,12 @@
 namespace render {
 namespace {
 
+// The width of the line between two parts, pixels.
+int line_between(int height)
+{
+    return 2 * std::max(1, height / 540);
+}
+
 template <class T>
 void paste_rows(std::vector<T>& to, int to_width, const std::vector<T>& from, int width, int height,
                 std::ptrdiff_t numbers, int x, int y)
@@ -32,6 +38,12 @@ Image empty_picture(const Look& look)
 }
 
 }  // namespace
+
+std::array<int, 2> fourth_size(int width, int height)
+{
+    return {std::max(1, (width - line_between(height)) / 2),
+            std::max(1, (height - line_between(height)) / 2)};
+}
 
 std::array<Camera, 4> four_cameras(const Box& box, const Camera& camera, double aspect,
                                    double margin)
@@ -75,11 +87,10 @@ Image four_views(const Scene& scene, const Box& box, const Camera& camera, doubl
                                     std::to_string(look.width) + " x " +
                                     std::to_string(look.height));
     }
-    const int gap = 2 * std::max(1, look.height / 540);
     Image whole = empty_picture(look);
     Look part = look;  // all four of one size, so that they are of one scale
-    part.width = (look.width - gap) / 2;
-    part.height = (look.height - gap) / 2;
+    const std::array<int, 2> size = fourth_size(look.width, look.height);
+    part.width = size[0], part.height = size[1];
     const auto cameras =
         four_cameras(box, camera, double(part.width) / double(part.height), margin);
     constexpr std::array names{"top", "", "front", "side"};

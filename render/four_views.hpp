@@ -17,6 +17,9 @@ namespace render {
 
 enum class FourthView { top, camera, front, side };
 
+// Width and height of each part, pixels, in a picture of this size.
+std::array<int, 2> fourth_size(int width, int height);
+
 // Cameras of the three parallel views of `box`, which lies in the middle of all with `margin` free
 // where it is largest; of pictures of `aspect`. In the order of FourthView, that of the camera as
 // it is given.

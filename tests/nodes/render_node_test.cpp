@@ -207,6 +207,39 @@ TEST(RenderNode, ARangeOfColoursThatRunsDownIsRefused)
     EXPECT_NO_THROW(render.run());
 }
 
+// A long yellow bar of matter that fills the width of its picture ends beside the scale, whose
+// middle is teal: in one picture, and in the upper right one of four, where letters are larger for
+// its size.
+TEST(RenderNode, ACameraThatFitsLeavesTheLegendItsRoomInFourViewsToo)
+{
+    geometry::TriMesh bar = geometry::box({4, 0.5, 0.5}, {1, 1, 1});
+    bar.attributes = {{"heat", "K", std::vector<float>(bar.positions.size(), 1)}};
+    NodeRun render("Render");
+    render.param("width").is = std::int64_t{480};
+    render.param("height").is = std::int64_t{270};
+    render.param("look").is = std::string("plain");
+    render.param("quality").is = std::string("draft");
+    render.param("ground.kind").is = std::string("none");
+    render.param("camera.azimuth").is = 0.0;
+    render.param("camera.elevation").is = 0.0;
+    render.param("colour.by").is = std::string("attribute");
+    render.param("colour.attribute").is = std::string("heat");
+    render.inputs["mesh"] = {graph::Value::of(std::move(bar))};
+    for (const bool four : {false, true}) {
+        render.param("camera.views").is = std::string(four ? "four" : "one");
+        const auto image = render.run().as<::render::Image>();
+        int last_of_bar = 0, first_of_scale = 480;
+        for (int x = four ? 242 : 0; x < 480; ++x) {
+            const auto* p = &image->rgba[4 * std::size_t(480 * (four ? 67 : 135) + x)];
+            if (int(p[0]) - int(p[2]) > 80) last_of_bar = x;
+            if (int(p[1]) - int(p[0]) > 60) first_of_scale = std::min(first_of_scale, x);
+        }
+        EXPECT_GT(last_of_bar, 0) << four;
+        EXPECT_LT(first_of_scale, 480) << four;
+        EXPECT_GT(first_of_scale, last_of_bar + 3) << four;
+    }
+}
+
 // Two points of a cloud, one red and one blue, 1 m apart and 0.5 m wide, fill what balls of that
 // size do: at 9 m and 40 degrees, 64 pixels high, 0.5 m are 64 * 0.5 / (2 * 9 tan 20) = 4.9 pixels,
 // and a ball covers pi / 4 of its square, 19 pixels.
