@@ -34,6 +34,8 @@ static unsigned char* deflated(unsigned char* data, int size, int* out_size, int
 namespace render {
 namespace {
 
+// stb counts bytes in ints, and what is compressed may grow by a little.
+constexpr double most_bytes = 2e9;
 constexpr int filter_left = 1;  // each byte less the one a pixel to the left
 
 // The picture without its alpha; empty when that is not opaque everywhere.
@@ -51,6 +53,12 @@ std::vector<std::uint8_t> opaque_rgb(const Image& image)
 
 std::vector<std::uint8_t> encode_png(const Image& image)
 {
+    if ((4.0 * image.width + 1) * image.height > most_bytes) {
+        throw std::invalid_argument("a picture of " + std::to_string(image.width) + " x " +
+                                    std::to_string(image.height) +
+                                    " pixels has more than the 2 GB that a PNG may: make it "
+                                    "smaller (a contact sheet by more columns or a smaller width)");
+    }
     const auto expected =
         std::size_t(std::max(image.width, 0)) * std::size_t(std::max(image.height, 0)) * 4;
     if (expected == 0 || image.rgba.size() != expected) {

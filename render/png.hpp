@@ -14,7 +14,7 @@ namespace render {
 void write_png(const std::filesystem::path& path, const Image& image);
 
 // The bytes of a PNG of `image`. Throws std::invalid_argument when the image has no pixels, or not
-// as many as its size says.
+// as many as its size says, or more than 2 GB.
 std::vector<std::uint8_t> encode_png(const Image& image);
 
 }  // namespace render

@@ -86,6 +86,24 @@ TEST(Png, RefusesWhatHasNoPixels)
     EXPECT_THROW(render::encode_png({-1, 4, {}}), std::invalid_argument);
 }
 
+// Before it looks at them: 4 x 8,192 x 61,100 bytes are 2.002e9.
+TEST(Png, RefusesMorePixelsThanCanBeCounted)
+{
+    const auto told = [](int width, int height) {
+        try {
+            render::encode_png({width, height, {}});
+        } catch (const std::invalid_argument& error) {
+            return std::string(error.what());
+        }
+        return std::string();
+    };
+    EXPECT_NE(told(8192, 61'100).find("8192 x 61100 pixels has more than the 2 GB"),
+              std::string::npos);
+    EXPECT_NE(told(8192, 61'100).find("more columns or a smaller width"), std::string::npos);
+    EXPECT_NE(told(1, 500'000'000).find("2 GB"), std::string::npos) << "each row has a filter";
+    EXPECT_NE(told(8192, 61'000).find("bytes to be written, it has 0"), std::string::npos);
+}
+
 TEST(Png, MakesFoldersAndLeavesNothingBesideTheFile)
 {
     const Folder folder("png");
