@@ -1,6 +1,6 @@
 #include "physics/body/collider_contact.hpp"
 
-#include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/same_triangles.hpp"
 
 #include <fmt/format.h>
 
@@ -160,10 +160,7 @@ PosedCollider pose_collider(const Collider& in, double share, double frame, doub
     out.inverse = out.pose.inverse(Eigen::Isometry);
     if (in.kind == Collider::Kind::mesh) {
         out.mesh = in.mesh.get();
-        const bool moves = in.mesh_before && in.mesh_before != in.mesh &&
-                           in.mesh_before->positions.size() == in.mesh->positions.size() &&
-                           (in.mesh_before->topology == in.mesh->topology ||
-                            in.mesh_before->topology->triangles == in.mesh->topology->triangles);
+        const bool moves = geometry::has_moved(in.mesh_before.get(), *in.mesh);
         out.mesh_before = moves ? in.mesh_before.get() : nullptr;
         out.tree = in.tree ? in.tree : std::make_shared<const geometry::TriangleBvh>(*in.mesh);
         out.mesh_bounds = geometry::bounds(*in.mesh);

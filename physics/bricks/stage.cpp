@@ -1,6 +1,6 @@
 #include "physics/bricks/stage.hpp"
 
-#include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/same_triangles.hpp"
 #include "physics/body/external_forces.hpp"
 
 #include <algorithm>
@@ -69,10 +69,7 @@ namespace {
 
 bool are_equal(const geometry::TriMesh& a, const geometry::TriMesh& b)
 {
-    const auto same_triangles = [&] {
-        return a.topology == b.topology || a.topology->triangles == b.topology->triangles;
-    };
-    return &a == &b || (a.positions == b.positions && same_triangles());
+    return &a == &b || (a.positions == b.positions && geometry::same_triangles(a, b));
 }
 
 }  // namespace

@@ -2,7 +2,7 @@
 
 #include "geometry/fields/field.hpp"
 #include "geometry/fields/skeleton_mesh.hpp"
-#include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/same_triangles.hpp"
 #include "physics/layers/velocity_at.hpp"
 
 #include <algorithm>
@@ -49,7 +49,7 @@ bool same_shape(const Skeleton& p, const Skeleton& q)
 {
     if (p.kind != q.kind || p.points.size() != q.points.size()) return false;
     return p.mesh == q.mesh ||
-           (p.mesh && q.mesh && p.mesh->mesh.topology == q.mesh->mesh.topology &&
+           (p.mesh && q.mesh && geometry::same_triangles(p.mesh->mesh, q.mesh->mesh) &&
             p.mesh->mesh.positions == q.mesh->mesh.positions);
 }
 

@@ -4,6 +4,7 @@
 #include "geometry/fields/round_skeleton.hpp"
 #include "geometry/fields/skeleton_mesh.hpp"
 #include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/same_triangles.hpp"
 #include "physics/layers/layer_contact.hpp"
 #include "physics/layers/velocity_at.hpp"
 
@@ -407,9 +408,7 @@ LayeredPart rigid_part(const Collider& collider)
     part.body = std::make_shared<const LayeredBody>(std::move(body));
     if (collider.kind != Collider::Kind::mesh) {
         part.pose = collider.pose;
-    } else if (collider.mesh_before && collider.mesh_before != collider.mesh &&
-               collider.mesh_before->topology == collider.mesh->topology &&
-               collider.mesh_before->positions.size() == collider.mesh->positions.size()) {
+    } else if (geometry::has_moved(collider.mesh_before.get(), *collider.mesh)) {
         part.mesh_before = collider.mesh_before;
     }
     return part;

@@ -1,7 +1,7 @@
 #include "physics/layered_bodies/layered_motion.hpp"
 
 #include "geometry/fields/skeleton_mesh.hpp"
-#include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/same_triangles.hpp"
 #include "physics/layered_bodies/net_base.hpp"
 
 #include <algorithm>
@@ -147,8 +147,8 @@ void move_meshes(LayeredScene& now, const LayeredScene& last, const std::vector<
         }
         const std::vector<Skeleton>& before = last.parts[b].body->layer.skeletons;
         const bool ready = !before.empty() && before[0].mesh &&
-                           before[0].mesh->mesh.positions == mesh.positions &&
-                           before[0].mesh->mesh.topology == mesh.topology;
+                           geometry::same_triangles(before[0].mesh->mesh, mesh) &&
+                           before[0].mesh->mesh.positions == mesh.positions;
         LayeredBody body = *told[b].body;
         body.layer.skeletons[0].mesh =
             ready ? before[0].mesh
