@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <set>
 #include <stdexcept>
 #include <string>
@@ -84,7 +85,21 @@ double hinge_angle(const Hinge& hinge, const Transform& a, const Transform& b)
 {
     const Vec3 axis = a.linear() * hinge.axis_a;
     const Vec3 za = a.linear() * hinge.zero_a, zb = b.linear() * hinge.zero_b;
-    return std::atan2(za.cross(zb).dot(axis), za.dot(zb));
+    return unwound(hinge, std::atan2(za.cross(zb).dot(axis), za.dot(zb)));
+}
+
+constexpr double whole_turn = 2 * std::numbers::pi;
+
+bool has_limits(const Hinge& hinge)
+{
+    constexpr double rounding = 1e-9;
+    return hinge.highest - hinge.lowest < whole_turn - rounding;
+}
+
+double unwound(const Hinge& hinge, double angle)
+{
+    const double middle = has_limits(hinge) ? 0.5 * (hinge.lowest + hinge.highest) : hinge.rest;
+    return angle - whole_turn * std::round((angle - middle) / whole_turn);
 }
 
 void add_spring_network(Base& base, double reach, double stiffness, double damping)

@@ -99,8 +99,15 @@ Hinge& add_hinge(Base& base, std::uint32_t a, std::uint32_t b, const Vec3& point
 Joint& add_joint(Base& base, JointKind kind, std::uint32_t a, std::uint32_t b, const Vec3& point,
                  const Vec3& axis, const Vec3& second_axis = Vec3::Zero());
 
-// The angle at which frames a and b stand to each other, rad in -pi..pi.
+// The angle at which frames a and b stand to each other, rad, unwound.
 double hinge_angle(const Hinge& hinge, const Transform& a, const Transform& b);
+
+// Whether a hinge stops anywhere: limits that are a whole turn apart stop it nowhere.
+bool has_limits(const Hinge& hinge);
+
+// An angle counted from where it is half a turn, at most, from the middle between the hinge's
+// limits, or from its rest where it has none: it does not jump wherever the hinge may be.
+double unwound(const Hinge& hinge, double angle);
 
 // Joins frames of a body by springs at rest: each two whose origins are nearer than `reach` m. The
 // substance's own forces are taken away. Throws std::invalid_argument where that joins none.

@@ -78,7 +78,8 @@ btTransform hinge_frame(const Limb& limb, const Vec3& point, const Vec3& axis, c
 
 // Bullet's hinge, which lets its limits be passed and throws the limbs back, with limits of ours:
 // in no step does the angle come nearer to one than it is, so that the limbs stop there, without a
-// bounce. Two more rows J v = e with impulses of one sign, v the rate -(w_b - w_a) . axis:
+// bounce. Where it has limits, two more rows J v = e with impulses of one sign, v the rate
+// -(w_b - w_a) . axis:
 //   -rate >= -(highest - angle) / h,   -rate <= (angle - lowest) / h
 class LimitedHinge : public btHingeConstraint {
 public:
@@ -86,7 +87,7 @@ public:
         : btHingeConstraint(*a.body, *b.body,
                             hinge_frame(a, hinge.point_a, hinge.axis_a, hinge.zero_a),
                             hinge_frame(b, hinge.point_b, hinge.axis_b, hinge.zero_b), true),
-          lowest_(hinge.lowest), highest_(hinge.highest)
+          hinge_(hinge)
     {
         setLimit(1, -1);  // none of its own
     }
@@ -94,13 +95,14 @@ public:
     void getInfo1(btConstraintInfo1* info) override
     {
         btHingeConstraint::getInfo1(info);
-        info->m_numConstraintRows += 2;
+        if (has_limits(hinge_)) info->m_numConstraintRows += 2;
     }
 
     void getInfo2(btConstraintInfo2* info) override
     {
         btHingeConstraint::getInfo2(info);
-        const btScalar angle = getHingeAngle();
+        if (!has_limits(hinge_)) return;
+        const btScalar angle = unwound(hinge_, getHingeAngle());
         const btVector3 axis =
             m_rbA.getCenterOfMassTransform().getBasis() * getAFrame().getBasis().getColumn(2);
         const auto limit = [&](int row, btScalar error, btScalar least, btScalar most) {
@@ -115,12 +117,12 @@ public:
         };
         // What is beyond comes back by a fifth a step, as joints do.
         const auto room = [](btScalar free) { return free > 0 ? free : 0.2 * free; };
-        limit(5, -room(highest_ - angle), 0, SIMD_INFINITY);
-        limit(6, room(angle - lowest_), -SIMD_INFINITY, 0);
+        limit(5, -room(hinge_.highest - angle), 0, SIMD_INFINITY);
+        limit(6, room(angle - hinge_.lowest), -SIMD_INFINITY, 0);
     }
 
 private:
-    btScalar lowest_, highest_;  // rad
+    Hinge hinge_;
 };
 
 // A joint by its rows (joint.hpp), found anew in each step: Jacobians and errors as they are then.

@@ -199,9 +199,10 @@ void add_hinges(const LayeredScene& scene, const LayeredMoment& moment, std::siz
         if (!system.held[a]) {
             const double inertia = std::min(mean_inertia(system, a), mean_inertia(system, c));
             join_hinge(hinge, at_a, at_b, a, c, inertia, system);
-            const double beyond = angle > hinge.highest  ? angle - hinge.highest
-                                  : angle < hinge.lowest ? angle - hinge.lowest
-                                                         : 0;
+            const double beyond = !has_limits(hinge)      ? 0
+                                  : angle > hinge.highest ? angle - hinge.highest
+                                  : angle < hinge.lowest  ? angle - hinge.lowest
+                                                          : 0;
             if (beyond != 0) {  // as stiff as the joint, nearly
                 const double stop = 10 * inertia / (system.dt * system.dt);
                 stiffness += stop;
