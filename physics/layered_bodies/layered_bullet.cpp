@@ -128,9 +128,12 @@ private:
 // A joint by its rows (joint.hpp), found anew in each step: Jacobians and errors as they are then.
 class RowJoint : public btTypedConstraint {
 public:
-    RowJoint(const Joint& joint, const Limb* a, const Limb& b, btRigidBody& world)
+    // `drawn`: where the body started, which is where its joints with the world are.
+    RowJoint(const Joint& joint, const Limb* a, const Limb& b, btRigidBody& world,
+             const Transform& drawn)
         : btTypedConstraint(D6_CONSTRAINT_TYPE, a ? *a->body : world, *b.body), joint_(joint),
-          axes_a_(a ? a->axes : Eigen::Quaterniond::Identity()), axes_b_(b.axes), to_world_(!a)
+          axes_a_(a ? a->axes : Eigen::Quaterniond::Identity()), axes_b_(b.axes), to_world_(!a),
+          drawn_(drawn)
     {}
 
     void getInfo1(btConstraintInfo1* info) override
@@ -195,13 +198,14 @@ private:
     }
     JointRows rows() const
     {
-        return joint_rows(joint_, to_world_ ? Transform::Identity() : frame(m_rbA, axes_a_),
+        return joint_rows(joint_, to_world_ ? drawn_ : frame(m_rbA, axes_a_),
                           frame(m_rbB, axes_b_));
     }
 
     Joint joint_;
     Eigen::Quaterniond axes_a_, axes_b_;
     bool to_world_;
+    Transform drawn_;
 };
 
 // One turn of dt seconds that keeps the angular momentum, by the spin in its middle.
@@ -259,8 +263,8 @@ BulletBodies::BulletBodies(const LayeredScene& scene, const LayeredWorld& world)
         }
         for (const Joint& joint : base.joints) {
             const Limb* a = joint.a == Joint::world ? nullptr : &world_->limbs[first + joint.a];
-            world_->joints.push_back(
-                std::make_unique<RowJoint>(joint, a, world_->limbs[first + joint.b], world_->told));
+            world_->joints.push_back(std::make_unique<RowJoint>(
+                joint, a, world_->limbs[first + joint.b], world_->told, scene.parts[b].pose));
         }
     }
     world_->first.push_back(world_->limbs.size());

@@ -287,7 +287,7 @@ void add_joints(const LayeredScene& scene, const LayeredMoment& moment, std::siz
         const bool to_world = joint.a == Joint::world;
         const std::size_t two = system.frame(b, joint.b);
         const std::size_t one = to_world ? two : system.frame(b, joint.a);
-        add_joint({joint, to_world ? Transform::Identity() : moment.frames[b][joint.a],
+        add_joint({joint, to_world ? scene.parts[b].pose : moment.frames[b][joint.a],
                    moment.frames[b][joint.b], to_world ? Twist{} : moment.twists[b][joint.a],
                    moment.twists[b][joint.b], one, two,
                    std::min(system.mass[one](0, 0), system.mass[two](0, 0)),

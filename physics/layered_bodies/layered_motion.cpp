@@ -120,6 +120,15 @@ void drive_pins(const LayeredPart& part, double left, LayeredState& state)
 
 }  // namespace
 
+void keep_first_poses(const LayeredScene& scene, std::vector<LayeredPart>& told)
+{
+    for (std::size_t b = 0; b < told.size(); ++b) {
+        if (told[b].body->base.kind != BaseKind::rigid) continue;
+        if (!told[b].held.empty()) told[b].frames = told_frames(told[b]);
+        told[b].pose = scene.parts[b].pose;
+    }
+}
+
 void drive_all(double left, LayeredScene& now)
 {
     for (std::size_t b = 0; b < now.parts.size(); ++b) {

@@ -22,6 +22,10 @@ void coast(const LayeredBody& body, double dt, LayeredState& state);
 // The same after their velocities have changed by `dv`.
 void move(const LayeredBody& body, std::span<const Vec6> dv, double dt, LayeredState& state);
 
+// Rigid bodies keep the pose that they started at: their joints with the world are there, wherever
+// later poses lead the frames that are held.
+void keep_first_poses(const LayeredScene& scene, std::vector<LayeredPart>& told);
+
 // Gives what is told where to be the velocity that it takes, `left` seconds before the frame's end:
 // still and led frames go there straight, at constant spin, and so do pinned corners.
 void drive_all(double left, LayeredScene& now);

@@ -405,6 +405,22 @@ bool same_cubes(const LayeredPart& part, const LayeredState& state)
            state.cubes.v.size() == state.cubes.x.size();
 }
 
+bool same_bodies(const LayeredScene& scene, const std::vector<LayeredPart>& parts)
+{
+    bool same = parts.size() == scene.states.size();
+    for (std::size_t b = 0; same && b < parts.size(); ++b) {
+        same = parts[b].body->base.frames.size() == scene.states[b].position.size() &&
+               parts[b].body->layer.skeletons.size() == scene.states[b].translation.size() &&
+               told_frames(parts[b]).size() == scene.states[b].position.size() &&
+               same_cubes(parts[b], scene.states[b]) &&
+               (parts[b].muscle.empty() ||
+                parts[b].muscle.size() == scene.states[b].translation.size()) &&
+               (scene.states[b].distance.empty() || parts[b].body->base.kind == BaseKind::still ||
+                scene.states[b].distance.size() == parts[b].body->samples.count());
+    }
+    return same;
+}
+
 // Exactly there; skeletons that had frames of their own are back in those of their body.
 void keep_told(const std::vector<Transform>& at, LayeredState& state)
 {
@@ -428,24 +444,14 @@ LayeredScene advance(const LayeredScene& scene, std::vector<LayeredPart> parts,
                                   ? part.body->base.cubes->source().cubes.corner_count()
                                   : 0);
     }
-    bool same = parts.size() == scene.states.size();
-    for (std::size_t b = 0; same && b < parts.size(); ++b) {
-        same = parts[b].body->base.frames.size() == scene.states[b].position.size() &&
-               parts[b].body->layer.skeletons.size() == scene.states[b].translation.size() &&
-               told_frames(parts[b]).size() == scene.states[b].position.size() &&
-               same_cubes(parts[b], scene.states[b]) &&
-               (parts[b].muscle.empty() ||
-                parts[b].muscle.size() == scene.states[b].translation.size()) &&
-               (scene.states[b].distance.empty() || parts[b].body->base.kind == BaseKind::still ||
-                scene.states[b].distance.size() == parts[b].body->samples.count());
-    }
-    if (!same) {
+    if (!same_bodies(scene, parts)) {
         throw std::invalid_argument(fmt::format(
             "the layered bodies changed between frames: a scene of {} bodies must keep its "
             "bodies, frames and skeletons, got {} bodies. A mesh that moves needs base = still",
             scene.states.size(), parts.size()));
     }
     check_rigid_bodies(parts, world.rigid_bodies);
+    keep_first_poses(scene, parts);
     check_forces(world.forces);
     require_no_following(world.forces, "Layered");
     const FilmFrame frame{scene, parts, world, dt, dt / std::max(1, substeps), free_fall(world)};

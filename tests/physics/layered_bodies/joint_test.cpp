@@ -262,4 +262,42 @@ TEST(Joint, MistakesThrow)
     refused(JointKind::two_axis, 0, 1, Vec3(0, 0, 2));  // not square to the second
 }
 
+// A joint with the world is part of the drawing: it goes where the body is put, turned as that is,
+// and stays there whatever later poses say. The ball hangs from it without weight, and the spring
+// has nothing to do.
+TEST_P(EitherSolver, AJointWithTheWorldIsWhereTheBodyIsPut)
+{
+    for (const JointKind kind : {JointKind::ball, JointKind::slider, JointKind::two_axis}) {
+        LayeredBody body = pendulum(kind, 0.3);
+        body.base.joints[0].stiffness = 100;
+        LayeredPart part{.body = std::make_shared<const LayeredBody>(body)};
+        part.pose.translate(Vec3(1, 2, 3))
+            .rotate(Eigen::AngleAxisd(0.8, Vec3(1, 1, 0).normalized()));
+        LayeredScene scene = start({part});
+        const Vec3 before = scene.states[0].position[0];
+        for (int i = 1; i <= 20; ++i) {
+            part.pose.pretranslate(Vec3(0.1, 0, 0));
+            scene = advance(scene, {part}, world_of(GetParam(), Vec3::Zero()), 1.0 / 24, 1);
+        }
+        EXPECT_LT((scene.states[0].position[0] - before).norm(), 1e-9);
+        EXPECT_LT(scene.states[0].spin[0].norm(), 1e-9);
+    }
+}
+
+// A limb that is held goes as it is told; the joint of the other with the world does not.
+TEST(Joint, WithTheWorldStaysWhereTheStartHadItWhenOthersAreHeld)
+{
+    LayeredBody body = make_layered_body(soft_layer({point({0, 0, 0}), point({1, 0, 0})}, true),
+                                         BaseKind::rigid, 1000, 0.08);
+    add_joint(body.base, JointKind::ball, Joint::world, 1, {1, 0, 0}, Vec3::UnitY());
+    LayeredPart part{.body = std::make_shared<const LayeredBody>(body), .held = {{0}}};
+    LayeredScene scene = start({part});
+    part.pose.translate(Vec3(0, 0.5, 0));
+    for (int i = 0; i < 3; ++i) {
+        scene = advance(scene, {part}, world_of(RigidBodies::implicit, Vec3::Zero()), 1.0 / 24, 1);
+    }
+    EXPECT_LT((scene.states[0].position[0] - Vec3(0, 0.5, 0)).norm(), 1e-9);
+    EXPECT_LT((scene.states[0].position[1] - Vec3(1, 0, 0)).norm(), 1e-9);
+}
+
 }  // namespace physics::joint_test
