@@ -15,6 +15,7 @@
 #include <bit>
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <stdexcept>
 
 namespace physics {
@@ -368,6 +369,7 @@ LayeredPart rigid_part(const Collider& collider)
     // Rounded by a tenth of its size; only f = c and its slope there matter to others.
     Skeleton skeleton{.kind = SkeletonKind::plane, .points = {}};
     double e = 0.1;
+    std::optional<double> thickness;  // m, of the layer: e
     switch (collider.kind) {
     case Collider::Kind::plane:
         skeleton.place.translate(Vec3(0, collider.thickness - e, 0));
@@ -388,10 +390,15 @@ LayeredPart rigid_part(const Collider& collider)
         skeleton.kind = SkeletonKind::mesh;
         skeleton.mesh = std::make_shared<const geometry::SkeletonMesh>(*collider.mesh);
         e = std::max(collider.thickness, 1e-3 * geometry::bounds(*collider.mesh).diagonal());
+        // No slope of what is rigid may be as steep as a collider is thin, but its surface stands
+        // where it says; a layer has some thickness.
+        thickness = std::max(collider.thickness, 1e-6 * e);
     }
+    const double surface = thickness.value_or(e);
     LayeredBody body;
     body.layer.skeletons = {skeleton};
-    body.layer.contributions = {{.thickness = e, .stiffness = 1 / e, .radius = 3 * e}};
+    body.layer.contributions = {
+        {.thickness = surface, .stiffness = 1 / e, .radius = surface + 2 * e}};
     body.layer.frame = {0};
     body.samples.first = {0, 0};
     body.samples.core = {0};

@@ -73,3 +73,21 @@ TEST(MeshColliders, StandStillWhereTheyAreReadAgain)
     slab.mesh_before = read_anew(slab.mesh);
     EXPECT_EQ(rigid_part(slab).mesh_before, nullptr);
 }
+
+// However large it is: a ball pressed on it by 2 cm feels what it feels on a plane.
+TEST(MeshColliders, TheirSurfaceIsWhereThatOfAPlaneIs)
+{
+    for (const double thickness : {0.0, 0.03}) {
+        Collider plane, slab;
+        slab.kind = Collider::Kind::mesh;
+        slab.mesh = moved(geometry::box({100, 2, 100}, {1, 1, 1}), {0, -1, 0});
+        plane.thickness = slab.thickness = thickness;
+        const auto push = [&](const Collider& collider) {
+            const LayeredScene scene =
+                start({part_of(ball({0, thickness + 0.08, 0})), rigid_part(collider)});
+            return LayeredMoment(scene).contacts.wrenches[0][0].force.y();
+        };
+        EXPECT_GT(push(plane), 1);
+        EXPECT_NEAR(push(slab), push(plane), 0.01 * push(plane)) << thickness;
+    }
+}
