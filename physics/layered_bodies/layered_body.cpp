@@ -5,6 +5,7 @@
 #include "geometry/fields/skeleton_mesh.hpp"
 #include "geometry/mesh/mesh.hpp"
 #include "geometry/mesh/same_triangles.hpp"
+#include "physics/layered_bodies/own_core.hpp"
 #include "physics/layers/layer_contact.hpp"
 #include "physics/layers/velocity_at.hpp"
 
@@ -96,11 +97,19 @@ void add_core(const Skeleton& s, double volume, Moments& m)
     m.second += turn * own.asDiagonal() * turn.transpose();
 }
 
+// What every body has as it is drawn, before its frames have places and masses.
+struct DrawnBody {
+    LayeredBody body;
+    SampleWalk walk;
+    std::vector<OwnCore> cores;  // S
+};
+
 // What a frame's territories hold, from the rays of their samples; three Gauss points a ray are
 // exact.
-std::vector<Moments> moments_of_frames(const ImplicitLayer& layer, const SurfaceSamples& samples,
-                                       const SampleWalk& walk, std::size_t frames)
+std::vector<Moments> moments_of_frames(const ImplicitLayer& layer, const DrawnBody& drawn,
+                                       std::size_t frames)
 {
+    const SurfaceSamples& samples = drawn.body.samples;
     std::vector<Moments> moments(frames);
     const double g = std::sqrt(0.6);
     const double at[] = {0.5 * (1 - g), 0.5, 0.5 * (1 + g)},
@@ -108,24 +117,28 @@ std::vector<Moments> moments_of_frames(const ImplicitLayer& layer, const Surface
     for (std::size_t s = 0; s < layer.skeletons.size(); ++s) {
         Moments& m = moments[layer.frame[s]];
         for (std::size_t i = samples.first[s]; i < samples.first[s + 1]; ++i) {
-            const double d = walk.distance[i];
+            const double d = drawn.walk.distance[i];
             for (int k = 0; k < 3; ++k) {
                 const double t = at[k] * d;
                 m.add(samples.origin[i] + t * samples.direction[i],
                       weight[k] * d * samples.crossed(i, t));
             }
         }
-        add_core(layer.skeletons[s], samples.core[s], m);
+        const OwnCore& core = drawn.cores[s];
+        if (core.is_whole()) {
+            add_core(layer.skeletons[s], samples.core[s], m);
+            continue;
+        }
+        const double each = samples.core[s] / static_cast<double>(core.points.size());
+        for (const Vec3& p : core.points) m.add(p, each);
     }
     return moments;
 }
 
 // Gives each frame mass, centre and inertia from what its territories hold.
-void set_masses(const ImplicitLayer& layer, const SurfaceSamples& samples, const SampleWalk& walk,
-                double density, Base& base)
+void set_masses(const ImplicitLayer& layer, const DrawnBody& drawn, double density, Base& base)
 {
-    const std::vector<Moments> moments =
-        moments_of_frames(layer, samples, walk, base.frames.size());
+    const std::vector<Moments> moments = moments_of_frames(layer, drawn, base.frames.size());
     for (std::size_t f = 0; f < base.frames.size(); ++f) {
         const Moments& m = moments[f];
         if (!(m.volume > 0)) {
@@ -180,12 +193,6 @@ std::vector<double> rest_volumes(const Field& field, const SurfaceSamples& sampl
     return local_volumes({&body, 1}, 0, find_contacts({&body, 1}));
 }
 
-// What every body has as it is drawn, before its frames have places and masses.
-struct DrawnBody {
-    LayeredBody body;
-    SampleWalk walk;
-};
-
 DrawnBody draw_body(const ImplicitLayer& layer, BaseKind kind, double density,
                     double sample_spacing)
 {
@@ -202,6 +209,10 @@ DrawnBody draw_body(const ImplicitLayer& layer, BaseKind kind, double density,
     const Field field = geometry::make_field(layer, drawn);
     body.samples = make_surface_samples(layer, sample_spacing);
     if (body.samples.count() > 0) body.sample_spacing = sample_spacing;
+    for (std::uint32_t s = 0; s < layer.skeletons.size(); ++s) {
+        out.cores.push_back(own_core(field, s));
+        body.samples.core[s] *= out.cores.back().share();
+    }
     out.walk = physics::walk(field, body.samples, drawn);
     body.volume = rest_volumes(field, body.samples, out.walk, drawn, layer.frame);
     body.base.kind = kind;
@@ -335,7 +346,7 @@ LayeredBody make_layered_body(ImplicitLayer layer, BaseKind kind, double density
     DrawnBody drawn = draw_body(layer, kind, density, sample_spacing);
     LayeredBody& body = drawn.body;
     if (!is_told(kind)) {
-        set_masses(layer, body.samples, drawn.walk, density, body.base);
+        set_masses(layer, drawn, density, body.base);
         if (kind == BaseKind::particles) set_particles(layer, body.base);
         move_into_frames(body.base, layer, body.samples);
     }

@@ -61,4 +61,35 @@ TEST(SkeletonMass, IsThatOfTheMeshOfTheSurface)
     }
 }
 
+// Whether one frame carries both or two.
+TEST(SkeletonMass, CountsWhatSkeletonsHaveInCommonOnce)
+{
+    const auto solid = [](SkeletonKind kind, double x, const Vec3& half) {
+        Skeleton s{.kind = kind, .points = {}, .half_size = half};
+        s.place.translate(Vec3(x, 0, 0)).rotate(Eigen::AngleAxisd(0.3, Vec3::UnitX()));
+        return s;
+    };
+    const Skeleton box = solid(SkeletonKind::box, 0, {0.3, 0.2, 0.2});
+    Skeleton mesh = solid(SkeletonKind::mesh, -0.25, {1, 1, 1});
+    mesh.mesh = std::make_shared<const geometry::SkeletonMesh>(geometry::icosphere(0.17, 3));
+    const Vec3 small(0.15, 0.1, 0.12);
+    for (const Skeleton& other :
+         {solid(SkeletonKind::box, 0.25, small), solid(SkeletonKind::cylinder, 0.25, small), mesh,
+          solid(SkeletonKind::ellipsoid, 0.05, small), point({0.1, 0, 0})}) {
+        ImplicitLayer layer = soft_layer({box, other}, true);
+        for (auto& c : layer.contributions)
+            c = {.thickness = 0.02, .stiffness = 30, .radius = 0.06};
+        const std::vector<Transform> here(2, Transform::Identity());
+        const geometry::MassProperties whole = geometry::mass_properties(
+            geometry::polygonize(geometry::iso_field(geometry::make_field(layer, here)), 0.015));
+        const LayeredBody still = make_layered_body(layer, BaseKind::still, 1, 0.02);
+        EXPECT_NEAR(still.volume[0] + still.volume[1], whole.mass, 0.01 * whole.mass);
+        layer.frame = {0, 0};
+        const Base one = make_layered_body(layer, BaseKind::rigid, 1, 0.02).base;
+        EXPECT_NEAR(one.mass[0], whole.mass, 0.01 * whole.mass);
+        EXPECT_LT((one.frames[0].translation() - whole.centre).norm(), 3e-3);
+        EXPECT_LT((one.inertia[0] - whole.inertia).norm(), 0.02 * whole.inertia.norm());
+    }
+}
+
 }  // namespace physics::skeleton_mass_test
