@@ -85,18 +85,37 @@ bool in_reach(const Field& field, std::uint32_t i, std::uint32_t j)
 struct Bonds {
     const Field& field;
     const Substance& substance;
-    geometry::Sets sets;           // parts
-    std::vector<BlendLink> links;  // between parts, as far as those blend
+    const std::vector<BlendLink>& drawn;  // links of the body's design
+    geometry::Sets sets;                  // parts
+    std::vector<BlendLink> links;         // a < b, between parts, as far as those blend
+
+    // Whether nothing has made a link of the design grow: it stays as it is.
+    bool as_drawn(const BlendLink& link) const
+    {
+        return std::any_of(drawn.begin(), drawn.end(), [&](const BlendLink& d) {
+            return std::minmax(d.a, d.b) == std::minmax(link.a, link.b) && d.weight == link.weight;
+        });
+    }
 };
 
+BlendLink grown(BlendLink link, double by, const Substance& substance)
+{
+    link.weight = substance.fusion_time > 0 ? std::min(1.0, link.weight + by) : 1;
+    return link;
+}
+
+// Fusion begins.
 void add_link(std::uint32_t i, std::uint32_t j, Bonds& bonds)
 {
     if (i > j) std::swap(i, j);
     if (bonds.sets.root(i) == bonds.sets.root(j)) return;
-    for (const BlendLink& link : bonds.links) {
-        if (link.a == i && link.b == j) return;
+    constexpr double little = 1e-3;
+    for (BlendLink& link : bonds.links) {
+        if (link.a != i || link.b != j) continue;
+        if (bonds.as_drawn(link)) link = grown(link, little, bonds.substance);
+        return;
     }
-    bonds.links.push_back({i, j, bonds.substance.fusion_time > 0 ? 1e-3 : 1});
+    bonds.links.push_back(grown({i, j, 0}, little, bonds.substance));
 }
 
 // Around a pair that blends fully the others in reach follow; parts of which all do become one.
@@ -133,6 +152,7 @@ void update_parts(const LayeredBody& body, std::uint32_t number, const LayeredMo
     // Separation. Springs hold together what they join.
     Bonds bonds{field,
                 substance,
+                body.layer.blend.links,
                 chains(n,
                        [&](std::uint32_t i, std::uint32_t j) {
                            return state.part[i] == state.part[j] && in_reach(field, i, j);
@@ -153,9 +173,9 @@ void update_parts(const LayeredBody& body, std::uint32_t number, const LayeredMo
     // Fusion: links that still matter, grown; new ones where it presses hard enough.
     for (BlendLink link : state.links) {
         if (!in_reach(field, link.a, link.b)) continue;
-        link.weight =
-            substance.fusion_time > 0 ? std::min(1.0, link.weight + dt / substance.fusion_time) : 1;
-        bonds.links.push_back(link);
+        if (link.a > link.b) std::swap(link.a, link.b);
+        bonds.links.push_back(
+            bonds.as_drawn(link) ? link : grown(link, dt / substance.fusion_time, substance));
     }
     for (const LayerContact& contact : moment.contacts.contacts) {
         if (contact.body == number && contact.other == number &&
@@ -167,7 +187,8 @@ void update_parts(const LayeredBody& body, std::uint32_t number, const LayeredMo
     std::set<std::pair<std::uint32_t, std::uint32_t>> spread;  // parts: a join makes others of them
     for (const BlendLink& link : begun) {
         const auto parts = std::minmax({bonds.sets.root(link.a), bonds.sets.root(link.b)});
-        if (link.weight >= 1 && spread.insert(parts).second) spread_link(link, bonds);
+        if (link.weight >= 1 && !bonds.as_drawn(link) && spread.insert(parts).second)
+            spread_link(link, bonds);
     }
     for (std::uint32_t i = 0; i < n; ++i) state.part[i] = bonds.sets.root(i);
     std::erase_if(bonds.links,
