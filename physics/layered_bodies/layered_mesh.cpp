@@ -3,6 +3,7 @@
 #include "geometry/base/parallel.hpp"
 #include "geometry/fields/evaluate_points.hpp"
 #include "geometry/fields/polygonize.hpp"
+#include "geometry/mesh/clip.hpp"
 #include "geometry/mesh/mesh.hpp"
 #include "physics/layered_bodies/layered_moment.hpp"
 #include "physics/layered_bodies/scene_record.hpp"
@@ -85,12 +86,15 @@ TriMesh mesh_of(const LayeredMoment& moment, std::uint32_t b, const LayeredMeshO
     geometry::IsoField field = options.deformed
                                    ? iso_field(deformed(moment.bodies, b, moment.contacts))
                                    : geometry::iso_field(moment.fields[b]);
-    if (options.cut != LayeredMeshOptions::Cut::none) {
-        const int axis = static_cast<int>(options.cut) - 1;
-        field.domain.hi[axis] = std::min(field.domain.hi[axis], options.cut_at);
-        if (field.domain.empty()) return {};
+    if (options.cut == LayeredMeshOptions::Cut::none) {
+        return geometry::polygonize(field, options.cell, options.max_triangles);
     }
-    return geometry::polygonize(field, options.cell, options.max_triangles);
+    const int axis = static_cast<int>(options.cut) - 1;
+    field.domain.hi[axis] = std::min(field.domain.hi[axis], options.cut_at);
+    if (field.domain.empty()) return {};
+    // Whole cells: they reach beyond the cut.
+    return geometry::clipped(geometry::polygonize(field, options.cell, options.max_triangles), axis,
+                             static_cast<float>(options.cut_at));
 }
 
 Piece piece_of(const LayeredMoment& moment, std::uint32_t b, const LayeredMeshOptions& options)

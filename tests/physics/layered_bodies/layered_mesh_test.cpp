@@ -118,11 +118,22 @@ TEST(LayeredMesh, OneBodyCanBeMeshedUndeformedOrCut)
     for (const auto& p : right.positions) {
         EXPECT_NEAR((p - geometry::Vec3f(0.09f, 0, 0)).norm(), 0.1f, 1e-6f);
     }
-    const auto cut =
-        layered_mesh(scene, {.cell = 0.01, .cut = LayeredMeshOptions::Cut::z, .cut_at = 0});
-    ASSERT_FALSE(cut.triangles().empty());
-    for (const auto& p : cut.positions) EXPECT_LT(p.z(), 0.021f);
     EXPECT_THROW(layered_mesh(scene, {.body = 2}), std::invalid_argument);
+}
+
+// Between lines of the grid too: a cut with keys moves on evenly.
+TEST(LayeredMesh, ACutEndsWhereItIsAsked)
+{
+    const LayeredScene scene = two_pressed_balls();
+    for (const double at : {0.0, 0.003, 0.0137}) {
+        const auto cut =
+            layered_mesh(scene, {.cell = 0.01, .cut = LayeredMeshOptions::Cut::z, .cut_at = at});
+        ASSERT_FALSE(cut.triangles().empty());
+        float most = -1;
+        for (const auto& p : cut.positions) most = std::max(most, p.z());
+        EXPECT_EQ(most, static_cast<float>(at));
+        EXPECT_EQ(cut.normals.size(), cut.positions.size());
+    }
 }
 
 }  // namespace physics
