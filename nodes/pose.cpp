@@ -1,4 +1,5 @@
 #include "graph/types/node_builder.hpp"
+#include "nodes/led_pins.hpp"
 #include "nodes/wire_types.hpp"
 #include "physics/layered_bodies/figure_pose.hpp"
 #include "physics/layered_bodies/layered.hpp"
@@ -50,7 +51,7 @@ static std::size_t index(int number, std::size_t count, const char* what)
                     number, count));
 }
 
-static Outputs run(const Inputs& in, const graph::Context&)
+static Outputs run(const Inputs& in, const graph::Context& context)
 {
     const physics::Base& base = in.body->base;
     std::vector<double> angle(base.hinges.size(), 0);
@@ -65,6 +66,7 @@ static Outputs run(const Inputs& in, const graph::Context&)
                    radian * v.second_degrees};
     }
     Outputs out{*in.part};
+    leave_pins_out("Pose", out.part, context);
     out.part.body = in.body;
     out.part.frames = physics::figure_pose(base, in.part->pose, angle, pose);
     return out;

@@ -1,6 +1,7 @@
 #include "physics/layered_bodies/inverse_kinematics.hpp"
 
 #include "graph/types/node_builder.hpp"
+#include "nodes/led_pins.hpp"
 #include "nodes/wire_types.hpp"
 
 namespace nodes::reach {
@@ -30,7 +31,7 @@ static physics::LayeredBody build(const Inputs& in)
     return body;
 }
 
-static Outputs run(const Inputs& in, const graph::Context&)
+static Outputs run(const Inputs& in, const graph::Context& context)
 {
     const physics::Base& base = in.body->base;
     std::vector<double> start;
@@ -51,6 +52,7 @@ static Outputs run(const Inputs& in, const graph::Context&)
         if (anew.miss < 0.1 * reached.miss) reached = std::move(anew);
     }
     Outputs out{*in.part, reached.miss};
+    leave_pins_out("Reach", out.part, context);
     out.part.body = in.body;
     out.part.frames = reached.frames;
     return out;

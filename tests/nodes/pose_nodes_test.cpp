@@ -76,3 +76,26 @@ TEST(PoseNodes, AHingeThatIsNotThereIsRefused)
     EXPECT_NE(scene.failure_at<physics::LayeredScene>("bodies").find("names hinge 3"),
               std::string::npos);
 }
+
+// A pin would hold the lower limb as drawn in the first frame, and Bullet would refuse it.
+TEST(PoseNodes, PinsOfALedFigureAreLeftOutWithAWarning)
+{
+    std::string nodes = arm("[0.9, 0, 0]", "90");
+    const std::string spacing = R"("seed_spacing": 0.05)", last = R"("parts": ["pose.part"] })";
+    nodes.replace(nodes.find(spacing), spacing.size(), spacing + R"(, "pins": [ { "frame": 1 } ])");
+    nodes.replace(nodes.find(last), last.size(),
+                  last + R"(, "params": { "rigid_bodies": "bullet" })");
+    nodes += R"(, "reach": { "type": "Reach@1", "inputs": { "part": "figure.part" } })";
+    fixtures::Scene scene(nodes);
+    const auto at = scene.at<physics::LayeredScene>("bodies", 1);
+    const geometry::Vec3 elbow(0.45, 0, 0);
+    const geometry::Vec3 arm = at->parts[0].body->base.frames[1].translation() - elbow;
+    EXPECT_LT(
+        (at->states[0].position[1] - elbow - geometry::Vec3(-arm.y(), arm.x(), arm.z())).norm(),
+        1e-9);
+    ASSERT_EQ(scene.warnings.size(), 1u);
+    EXPECT_NE(scene.warnings[0].find("pins of the body have no effect, because Pose leads"),
+              std::string::npos);
+    EXPECT_TRUE(scene.at<physics::LayeredPart>("reach", 1)->held.empty());
+    EXPECT_EQ(scene.warnings.size(), 2u);
+}
