@@ -1,5 +1,6 @@
 #include "physics/layered_bodies/layered_step.hpp"
 
+#include "geometry/mesh/triangle_bvh.hpp"
 #include "graph/types/node_builder.hpp"
 #include "nodes/wire_types.hpp"
 #include "physics/layered_bodies/join_substances.hpp"
@@ -7,6 +8,8 @@
 #include "physics/layered_bodies/substance_parts.hpp"
 
 #include <fmt/format.h>
+
+#include <algorithm>
 
 namespace nodes::layered {
 
@@ -41,6 +44,30 @@ static void warn_of_loose_nets(const std::vector<physics::LayeredPart>& parts,
     }
 }
 
+// An open mesh has no inside, but layers need one to be pushed out of: they take what is behind its
+// faces.
+static void warn_of_bodies_behind(const Inputs& in, const physics::LayeredScene& scene,
+                                  const graph::Context& context)
+{
+    for (std::size_t c = 0; c < in.colliders.size(); ++c) {
+        const physics::Collider& collider = *in.colliders[c];
+        if (!collider.sheet || !collider.tree) continue;
+        for (std::size_t b = 0; b + in.colliders.size() < scene.parts.size(); ++b) {
+            if (physics::is_told(scene.parts[b].body->base.kind)) continue;
+            const std::vector<Vec3>& at = scene.states[b].position;
+            const bool behind = std::any_of(at.begin(), at.end(), [&](const Vec3& p) {
+                return collider.tree->closest(p).behind;
+            });
+            if (!behind) continue;
+            context.warn(fmt::format(
+                "body {} begins behind collider {} (both counted from 0), an open mesh, which "
+                "layers take to be solid behind its faces: the body is pushed out to their front. "
+                "Turn the faces over, or close the mesh",
+                b, c));
+        }
+    }
+}
+
 static Outputs run(const Inputs& in, const graph::Context& context)
 {
     std::vector<physics::LayeredPart> parts;
@@ -55,6 +82,7 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     out.scene = in.last
                     ? physics::advance(*in.last, parts, world, context.frame_seconds(), in.substeps)
                     : physics::start(parts);
+    if (!in.last) warn_of_bodies_behind(in, out.scene, context);
     for (const auto& state : out.scene.states) {
         for (const auto& warning : state.report.warnings) context.warn(warning);
     }
@@ -73,7 +101,9 @@ void add_to(graph::Registry& registry)
                  "volume, separation and fusion.")
         .inputs("parts", &Inputs::parts,
                 "The bodies, from ImplicitLayer, Figure, Pose, Reach, Springs or Carry.")
-        .inputs("colliders", &Inputs::colliders, "Rigid obstacles.")
+        .inputs("colliders", &Inputs::colliders,
+                "Rigid obstacles. An open mesh is solid behind its faces here: it stops what comes "
+                "from its front.")
         .inputs("forces", &Inputs::forces,
                 "Force fields, as they are at the end of a frame. Wind and point forces act on the "
                 "surfaces of the layers; bodies with base = still, led by keyframes, Pose or "

@@ -1,6 +1,8 @@
 // The nodes that make and follow layered bodies, on values that are known beforehand.
 
+#include "geometry/mesh/mesh.hpp"
 #include "geometry/mesh/primitive.hpp"
+#include "geometry/mesh/triangle_bvh.hpp"
 #include "physics/layered_bodies/layered_body.hpp"
 #include "physics/layered_bodies/layered_step.hpp"
 #include "tests/nodes/one_node.hpp"
@@ -462,4 +464,26 @@ TEST(RenderNode, ColoursLayersByTheirCompressionAndByNothingElse)
         EXPECT_NE(std::string(wrong.what()).find("they have compression"), std::string::npos)
             << wrong.what();
     }
+}
+
+TEST(Layered, WarnsOfBodiesThatBeginBehindAnOpenMesh)
+{
+    auto floor = std::make_shared<geometry::TriMesh>(geometry::grid(2, 2, 2, 2));
+    physics::Collider collider;
+    collider.kind = physics::Collider::Kind::mesh;
+    collider.mesh = floor;
+    collider.tree = std::make_shared<const geometry::TriangleBvh>(*floor);
+    const auto warnings = [&](double y, bool sheet, BaseKind kind) {
+        collider.sheet = sheet;
+        NodeRun layered("Layered");
+        layered.inputs["parts"] = {part_of({{0, 0.5, 0}}, kind), part_of({{0, y, 0}}, kind)};
+        layered.inputs["colliders"] = {Value::of(collider)};
+        layered.run();
+        return layered.warnings;
+    };
+    EXPECT_TRUE(warnings(0.5, true, BaseKind::rigid).empty());
+    ASSERT_EQ(warnings(-0.5, true, BaseKind::rigid).size(), 1u);
+    EXPECT_EQ(warnings(-0.5, true, BaseKind::rigid)[0].find("body 1 begins behind collider 0"), 0u);
+    EXPECT_TRUE(warnings(-0.5, true, BaseKind::still).empty()) << "nothing pushes it";
+    EXPECT_TRUE(warnings(-0.5, false, BaseKind::rigid).empty()) << "in a solid, as may be meant";
 }
