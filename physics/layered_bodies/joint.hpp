@@ -57,8 +57,8 @@ struct JointRows {
     std::span<const JointRow> all() const&& = delete;  // they would not outlive it
 };
 
-// The rows that hold a joint whose frames are at a and b; for the world a is the pose of the body as
-// drawn. How many there are depends on the joint alone.
+// The rows that hold a joint whose frames are at a and b; for the world a is the pose of the body
+// as drawn. How many there are depends on the joint alone.
 JointRows joint_rows(const Joint& joint, const Transform& a, const Transform& b);
 
 // The rows along which it gives way, with no bounds: for its stiffness and damping.
