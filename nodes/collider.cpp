@@ -116,8 +116,8 @@ static Outputs run(const Inputs& in, const graph::Context& context)
         out.mesh_before = in.last ? in.last->mesh : nullptr;
     } else {
         out.pose = geometry::placement(in.translate, in.rotate_degrees, Vec3::Ones(), Vec3::Zero());
-        out.before = in.last ? in.last->pose : out.pose;
     }
+    out.began_as(in.last ? *in.last : out);
     return {out};
 }
 

@@ -37,6 +37,24 @@ Vec3 turn_between(const Transform& a, const Transform& b)
     return turn.angle() * turn.axis();
 }
 
+// How fast the surface moves out as the collider grows, where its normal is this one, m/s.
+Vec3 growing(const PosedCollider& c, const Vec3& normal)
+{
+    double speed = c.grows.thickness;
+    if (c.kind == Collider::Kind::sphere) speed += c.grows.radius;
+    if (c.kind == Collider::Kind::box) {
+        speed += (c.inverse.linear() * normal).cwiseAbs().dot(c.grows.half_size);
+    }
+    return speed * normal;
+}
+
+// The touch with the surface whose normal is another one.
+void turn_touch(const PosedCollider& c, const Vec3& normal, Touch& touch)
+{
+    touch.velocity += growing(c, normal) - growing(c, touch.normal);
+    touch.normal = normal;
+}
+
 Touch touch_sphere(const PosedCollider& c, const Vec3& local)
 {
     const double r = local.norm();
@@ -145,17 +163,18 @@ PosedCollider pose_collider(const Collider& in, double share, double frame, doub
 {
     PosedCollider out;
     out.kind = in.kind;
-    out.half_size = in.half_size;
-    out.radius = in.radius;
-    out.thickness = in.thickness + thickest;
-    out.friction = in.friction;
-    out.bounce = in.bounce;
-    out.frame = frame;
-    out.behind = 1 - share;
+    const ColliderSize to = in.size(), from = in.size_before.value_or(to);
+    out.half_size = from.half_size + share * (to.half_size - from.half_size);
+    out.radius = from.radius + share * (to.radius - from.radius);
+    out.thickness = from.thickness + share * (to.thickness - from.thickness) + thickest;
+    out.friction = in.friction, out.bounce = in.bounce;
+    out.frame = frame, out.behind = 1 - share;
     out.pose = between(in.before, in.pose, share);
     if (frame > 0) {
         out.slides = (in.pose.translation() - in.before.translation()) / frame;
         out.turns = turn_between(in.before, in.pose) / frame;
+        out.grows = {(to.radius - from.radius) / frame, (to.half_size - from.half_size) / frame,
+                     (to.thickness - from.thickness) / frame};
     }
     out.inverse = out.pose.inverse(Eigen::Isometry);
     if (in.kind == Collider::Kind::mesh) {
@@ -172,8 +191,7 @@ PosedCollider pose_collider(const Collider& in, double share, double frame, doub
             }
         }
         out.reach = 2 * h;
-        out.sheet = in.sheet;
-        out.first = first;
+        out.sheet = in.sheet, out.first = first;
     }
     return out;
 }
@@ -208,6 +226,7 @@ Touch touch(const PosedCollider& c, const Vec3& p)
         out.velocity = c.slides + c.turns.cross(p - c.pose.translation());
     }
     out.gap -= c.thickness;
+    out.velocity += growing(c, out.normal);
     return out;
 }
 
@@ -293,8 +312,8 @@ Vec3 start_of(const PosedCollider& c, const Vec3& to, const Vec3& way, const Gri
 // Before the face that it went in by.
 Touch before(const PosedCollider& c, const Entry& entry, const Vec3& to)
 {
-    return {(to - entry.point).dot(entry.normal) - c.thickness, entry.normal, entry.velocity,
-            entry.chord, entry.turn};
+    return {(to - entry.point).dot(entry.normal) - c.thickness, entry.normal,
+            entry.velocity + growing(c, entry.normal), entry.chord, entry.turn};
 }
 
 // Before a sheet on the side that it comes from, or through it.
@@ -307,6 +326,7 @@ Touch touch_sheet(const PosedCollider& c, const Vec3& to, const Vec3& way, doubl
     Touch t = touch_mesh(c, to);
     if (t.gap < 0) t.gap = -t.gap, t.normal = -t.normal;
     t.gap -= c.thickness;
+    t.velocity += growing(c, t.normal);
     return t;
 }
 
@@ -346,13 +366,13 @@ Touch touch(const PosedCollider& c, const Vec3& to, const Vec3& v, double dt, co
         c.kind == Collider::Kind::mesh ? entry_into_mesh(c, from, to, dt) : entry_of(c, from, way);
     if (entry) {
         if (!opposite(entry->normal)) return t;
-        t.normal = entry->normal;
+        turn_touch(c, entry->normal, t);
         t.gap = (to - entry->point).dot(t.normal) - c.thickness;
         return t;
     }
     const Touch before = touch(c, from);
     if (before.gap < 0 && way.dot(before.normal) < 0 && opposite(before.normal)) {
-        t.normal = before.normal;
+        turn_touch(c, before.normal, t);
         t.gap = before.gap + way.dot(before.normal);
     }
     return t;

@@ -35,6 +35,7 @@ struct PosedCollider {
     double reach = 0;    // m, how deep below an open mesh still counts as inside
     bool sheet = false;  // nothing is inside: points touch the side that they come from
     bool first = false;  // in this frame, but for what starts less than `reach` behind its front
+    ColliderSize grows;  // m/s
 };
 
 // `share` 0..1 of the frame of `frame` seconds has gone by. `h` (m) is the scale of the body, and

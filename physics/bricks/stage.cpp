@@ -78,7 +78,7 @@ bool colliders_stay(const StepFrame& frame)
 {
     const auto& colliders = frame.loads.colliders;
     return std::all_of(colliders.begin(), colliders.end(), [](const Collider& c) {
-        return c.pose.isApprox(c.before, 1e-12) &&
+        return c.pose.isApprox(c.before, 1e-12) && c.size_before.value_or(c.size()) == c.size() &&
                (!c.mesh_before || are_equal(*c.mesh_before, *c.mesh));
     });
 }

@@ -32,6 +32,13 @@ Force Force::at(double share) const
     return out;
 }
 
+void Collider::began_as(const Collider& last)
+{
+    before = last.pose;
+    size_before = last.size();
+    if (*size_before == size()) size_before.reset();
+}
+
 bool any_change(std::span<const Force> forces)
 {
     return std::any_of(forces.begin(), forces.end(),

@@ -96,6 +96,14 @@ struct Force {
 // Whether one of them changes within the frame.
 bool any_change(std::span<const Force> forces);
 
+// m, each as in Collider, or how fast it grows, m/s.
+struct ColliderSize {
+    double radius = 0;
+    Vec3 half_size{0, 0, 0};
+    double thickness = 0;
+    bool operator==(const ColliderSize&) const = default;
+};
+
 // A rigid or animated obstacle. The pose maps its local frame to the world at the end of
 // this frame, `before` at its start.
 struct Collider {
@@ -112,6 +120,12 @@ struct Collider {
     double friction = 0.5;  // Coulomb coefficient
     double bounce = 0;      // share of the speed that bricks and springs come off with
     double thickness = 0;   // m, offset of the contact surface
+    std::optional<ColliderSize> size_before =
+        std::nullopt;  // where the frame starts; none: as here
+
+    ColliderSize size() const { return {radius, half_size, thickness}; }
+    // Takes pose and size at the start of the frame from the end of the frame before.
+    void began_as(const Collider& last);
 };
 
 // A solid rigid ball that bodies, colliders and other balls push about. Where it starts; where it

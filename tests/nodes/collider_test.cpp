@@ -58,4 +58,36 @@ TEST(ColliderNode, AnOpenMeshStaysASheet)
     EXPECT_TRUE(scene.warnings.empty());
 }
 
+// Frames start with the sizes of the frame before; what keeps its size says nothing of it.
+TEST(ColliderNode, KnowsItsSizeOfTheFrameBefore)
+{
+    Scene scene(R"("still": { "type": "Collider@1", "params": { "kind": "box" } },
+        "box": { "type": "Collider@1", "params": { "kind": "box", "thickness": "=0.01 * frame",
+                 "box": { "size": [2, "=frame", 2] } } },
+        "ball": { "type": "Collider@1", "params": { "kind": "sphere",
+                  "sphere": { "radius": "=frame" } } })");
+    for (const auto* node : {"box", "ball"}) {
+        EXPECT_FALSE(scene.at<physics::Collider>(node, 1)->size_before) << node;
+        EXPECT_FALSE(scene.at<physics::Collider>("still", 3)->size_before);
+    }
+    const auto box = scene.at<physics::Collider>("box", 3);
+    ASSERT_TRUE(box->size_before);
+    EXPECT_EQ(box->size_before->half_size, Vec3(1, 1, 1));
+    EXPECT_EQ(box->half_size, Vec3(1, 1.5, 1));
+    EXPECT_EQ(box->size_before->thickness, 0.02);
+    const auto ball = scene.at<physics::Collider>("ball", 3);
+    ASSERT_TRUE(ball->size_before);
+    EXPECT_EQ(ball->size_before->radius, 2);
+}
+
+TEST(ColliderNode, AGroundRisesFromWhereItWas)
+{
+    Scene scene(R"("ground": { "type": "Ground@1", "params": { "height": "=frame" } })");
+    for (const int frame : {1, 3}) {
+        const auto ground = scene.at<physics::Collider>("ground", frame);
+        EXPECT_EQ(ground->pose.translation().y(), frame);
+        EXPECT_EQ(ground->before.translation().y(), std::max(1, frame - 1));
+    }
+}
+
 }  // namespace
