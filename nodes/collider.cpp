@@ -1,5 +1,6 @@
 #include "geometry/mesh/mesh.hpp"
 #include "geometry/mesh/mesh_edges.hpp"
+#include "geometry/mesh/same_triangles.hpp"
 #include "geometry/mesh/transform.hpp"
 #include "geometry/mesh/wound_out.hpp"
 #include "graph/types/node_builder.hpp"
@@ -7,6 +8,8 @@
 #include "nodes/wire_types.hpp"
 
 #include <fmt/format.h>
+
+#include <limits>
 
 namespace nodes::collider {
 
@@ -94,6 +97,35 @@ static void warn_of_turned(const Inputs& in, const graph::Context& context)
         in.obstacle->faces_turned, in.mesh->triangles().size()));
 }
 
+// How far all of a mesh has gone, as far as its bounds tell: not at all if their size changes.
+static Vec3 way_of_all(const geometry::TriMesh& before, const geometry::TriMesh& now)
+{
+    constexpr double alike = 1e-3;  // of the diagonal
+    const geometry::Box from = geometry::bounds(before), to = geometry::bounds(now);
+    const bool kept = (to.size() - from.size()).norm() <= alike * from.diagonal();
+    return kept ? Vec3(to.centre() - from.centre()) : Vec3::Zero();
+}
+
+// Where the mesh was a frame ago. If it had other triangles then, it goes back as a whole, and each
+// vertex from there to the nearest place of the last mesh: the surface does not jump.
+static std::shared_ptr<const geometry::TriMesh> mesh_before(const geometry::TriMesh& mesh,
+                                                            const Collider& last)
+{
+    if (!last.mesh || !last.tree || geometry::same_triangles(*last.mesh, mesh)) return last.mesh;
+    auto out = std::make_shared<geometry::TriMesh>();
+    out->topology = mesh.topology;
+    out->positions = mesh.positions;
+    const Vec3 way = way_of_all(*last.mesh, mesh);
+    std::vector<Vec3> places;
+    for (const auto& p : mesh.positions) places.push_back(p.cast<double>() - way);
+    std::vector<geometry::TriangleBvh::Hit> hits(places.size());
+    last.tree->closest(places, std::numeric_limits<double>::infinity(), hits);
+    for (std::size_t v = 0; v < hits.size(); ++v) {
+        if (hits[v]) out->positions[v] = hits[v].point.cast<float>();
+    }
+    return out;
+}
+
 static Outputs run(const Inputs& in, const graph::Context& context)
 {
     Collider out;
@@ -113,7 +145,7 @@ static Outputs run(const Inputs& in, const graph::Context& context)
         if (obstacle->turned) out.mesh = obstacle->turned;
         out.tree = std::shared_ptr<const geometry::TriangleBvh>(obstacle, &obstacle->tree);
         out.sheet = obstacle->open;
-        out.mesh_before = in.last ? in.last->mesh : nullptr;
+        if (in.last) out.mesh_before = mesh_before(*out.mesh, *in.last);
     } else {
         out.pose = geometry::placement(in.translate, in.rotate_degrees, Vec3::Ones(), Vec3::Zero());
     }
@@ -128,7 +160,9 @@ void add_to(graph::Registry& registry)
                  {"obstacle", "collision", "static", "rigid", "wall"})
         .input("mesh", &Inputs::mesh,
                "The obstacle for kind = mesh, where it is at this frame. To move it, animate the "
-               "mesh before it is linked here.",
+               "mesh before it is linked here. If its triangles change from frame to frame, a mesh "
+               "that keeps its size is taken to move as a whole, and any other across its surface: "
+               "it carries nothing along. keep_order of ReadMesh keeps the triangles of a file.",
                graph::Need::optional)
         .choice("kind", &Inputs::kind, {"plane", "sphere", "box", "mesh"},
                 "Shape of the obstacle. plane: solid below its local y = 0. mesh: solid inside if "

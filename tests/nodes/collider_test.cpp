@@ -1,5 +1,6 @@
 // Collider through graphs.
 
+#include "geometry/mesh/mesh.hpp"
 #include "physics/body/collider_contact.hpp"
 #include "tests/geometry/files.hpp"
 #include "tests/nodes/scene.hpp"
@@ -87,6 +88,52 @@ TEST(ColliderNode, AGroundRisesFromWhereItWas)
         const auto ground = scene.at<physics::Collider>("ground", frame);
         EXPECT_EQ(ground->pose.translation().y(), frame);
         EXPECT_EQ(ground->before.translation().y(), std::max(1, frame - 1));
+    }
+}
+
+std::string cut_anew(const std::string& size_y, const std::string& centre)
+{
+    return R"("box": { "type": "Primitive@1", "params": { "shape": "box",
+                "box": { "size": [2, )" +
+           size_y + R"(, 2], "divisions_x": "=frame" }, "centre": )" + centre + R"( } },
+        "stop": { "type": "Collider@1", "inputs": { "mesh": "box.mesh" },
+                  "params": { "kind": "mesh" } })";
+}
+
+// Each frame cuts the box anew: a quarter of the frame after its top was at 0.8, it has gone a
+// quarter of its way, be it up or down.
+TEST(ColliderNode, AMeshOfOtherTrianglesThatKeepsItsSizeMovesAsAWhole)
+{
+    constexpr double frame_time = 1.0 / 24, share = 0.25;
+    for (const double up : {0.1, -0.1}) {  // m a frame
+        const std::string y = "0.3 + (frame - 3) * " + std::to_string(up);
+        Scene scene(cut_anew("1", "[\"=0.05 * (frame - 3)\", \"=" + y + "\", 0]"));
+        EXPECT_EQ(scene.at<physics::Collider>("stop", 1)->mesh_before, nullptr);
+        const auto stop = scene.at<physics::Collider>("stop", 4);
+        ASSERT_NE(stop->mesh_before, nullptr);
+        EXPECT_EQ(stop->mesh_before->topology, stop->mesh->topology);
+        const physics::PosedCollider posed = physics::pose_collider(*stop, share, frame_time, 0.2);
+        for (const double x : {-0.9, 0.1, 0.8}) {
+            const physics::Touch t = physics::touch(posed, Vec3(x, 0.77, 0.3));
+            EXPECT_NEAR(t.gap, -0.03 - up * share, 1e-6) << x;
+            EXPECT_NEAR((t.velocity - Vec3(0.05, up, 0) / frame_time).norm(), 0, 1e-5) << x;
+            EXPECT_NEAR(t.normal.y(), 1, 1e-6) << x;
+        }
+    }
+}
+
+// The top rises by 0.1 m a frame, and the bottom stays.
+TEST(ColliderNode, AMeshOfOtherTrianglesThatGrowsMovesAcrossItsSurface)
+{
+    constexpr double frame_time = 1.0 / 24, share = 0.25;
+    Scene scene(cut_anew(R"("=0.5 + 0.1 * frame")", R"([0, "=0.05 * frame", 0])"));
+    const auto stop = scene.at<physics::Collider>("stop", 4);  // from 0.55 to 0.65
+    const physics::PosedCollider posed = physics::pose_collider(*stop, share, frame_time, 0.2);
+    for (const double x : {-0.9, 0.1, 0.8}) {
+        const physics::Touch t = physics::touch(posed, Vec3(x, 0.55, 0.3));
+        EXPECT_NEAR(t.gap, -0.1 * share, 1e-6) << x;
+        EXPECT_NEAR(t.velocity.y(), 0.1 / frame_time, 1e-5) << x;
+        EXPECT_NEAR(t.normal.y(), 1, 1e-6) << x;
     }
 }
 
