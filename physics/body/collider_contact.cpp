@@ -316,6 +316,17 @@ Touch before(const PosedCollider& c, const Entry& entry, const Vec3& to)
             entry.velocity + growing(c, entry.normal), entry.chord, entry.turn};
 }
 
+// Whether what comes to a place at velocity v lay within the reach behind the front of a sheet when
+// the frame began: later the sheet may have come to it from behind.
+bool began_behind(const PosedCollider& c, const Vec3& to, const Vec3& v, double dt)
+{
+    const Vec3 from = to - (c.frame > 0 ? (1 - c.behind) * c.frame : dt) * v;
+    PosedCollider then = c;
+    then.behind = 1;
+    const double gap = touch_mesh(then, from).gap;
+    return gap < 0 && gap > -(c.reach + c.thickness);
+}
+
 // Before a sheet on the side that it comes from, or through it.
 Touch touch_sheet(const PosedCollider& c, const Vec3& to, const Vec3& way, double dt,
                   const Grip* held)
@@ -347,7 +358,7 @@ Touch touch_moving(const PosedCollider& c, const Vec3& to, const Vec3& way, doub
 
 Touch touch(const PosedCollider& c, const Vec3& to, const Vec3& v, double dt, const Grip* held)
 {
-    if (c.sheet && !(c.first && !held && touch_mesh(c, to - dt * v).gap < 0)) {
+    if (c.sheet && !(c.first && !held && began_behind(c, to, v, dt))) {
         return touch_sheet(c, to, dt * v, dt, held);
     }
     if (c.mesh_before) return touch_moving(c, to, dt * v, dt, held);

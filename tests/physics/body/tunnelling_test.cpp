@@ -174,6 +174,33 @@ TEST(Tunnelling, ASheetHasTwoSidesButForWhatStartsALittleBehindIt)
     EXPECT_NEAR(gap(true, -0.3, 12), 0.2, 1e-6);  // from far behind
 }
 
+// In the first frame a sheet goes 8 cm down, its front up, towards a point that stands behind it.
+TEST(Tunnelling, ASheetTakesToItsFrontOnlyWhatStartsALittleBehindIt)
+{
+    Collider sheet;
+    sheet.kind = Collider::Kind::mesh;
+    sheet.sheet = true;
+    TriMesh mesh = geometry::grid(2, 2, 3, 3);
+    sheet.mesh_before = std::make_shared<const TriMesh>(mesh);
+    for (auto& p : mesh.positions) p.y() -= 0.08f;
+    sheet.mesh = std::make_shared<const TriMesh>(mesh);
+    const auto at = [&](double y, double share, double dt) {
+        const PosedCollider posed = pose_collider(sheet, share, frame_time, 0.05, true);
+        return touch(posed, Vec3(0.1, y, 0), Vec3::Zero(), dt);
+    };
+    for (const int steps : {1, 4}) {
+        for (int k = 1; k <= steps; ++k) {
+            const double share = double(k) / steps, dt = frame_time / steps;
+            // It starts 9 cm behind, within two cubes of 5 cm, and is to come to the front.
+            const Touch near = at(-0.09, share, dt);
+            EXPECT_NEAR(near.normal.y(), 1, 1e-6) << k;
+            EXPECT_NEAR(near.gap, -0.09 + 0.08 * share, 1e-6) << k;
+            // It starts 12 cm behind, and the sheet comes to 4 cm: it stays before the back.
+            EXPECT_GT(at(-0.12, share, dt).gap, 0) << k;
+        }
+    }
+}
+
 // A valley of two slopes, and blocks that slide down one and up the other: from step to step their
 // points come behind the next face by more than they were behind the last.
 TEST(Tunnelling, WhatSlidesOverACreaseStaysAboveTheSheet)
