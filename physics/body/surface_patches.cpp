@@ -5,6 +5,7 @@
 #include "geometry/cubes/sheet.hpp"
 #include "geometry/embed/embed.hpp"
 #include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/mesh_edges.hpp"
 #include "geometry/mesh/wound_out.hpp"
 
 #include <algorithm>
@@ -143,6 +144,7 @@ struct Subdivided {
     const std::array<Vec3, 3>& v;
     int cuts;
     double side;           // 1, or -1 where it is wound inwards
+    double sides_out;      // 1, or 2 of an open surface on a plane
     std::uint32_t vertex;  // one of its own
 
     // Of the triangle, that each small one is.
@@ -234,7 +236,7 @@ void share_out(const BodiesOfSurface& bodies, const Subdivided& rows, FacePoints
                                             j % 2 ? rows.at(i, k + 1) : rows.at(i + 1, k + 1)};
             const auto c = cube_at(bodies, {(small[0] + small[1] + small[2]) / 3, rows.vertex});
             if (!c) continue;
-            patches[*c].areas.push_back((share * area).cast<float>());
+            patches[*c].areas.push_back((rows.sides_out * share * area).cast<float>());
             patches[*c].pieces.push_back(piece_in(bodies.cubes, *c, small));
         }
     }
@@ -297,6 +299,9 @@ std::vector<LoosePatch> patches_of_surface(const Cubes& cubes, const geometry::T
     VertexFaces faces(mesh.positions.size());
     FacePoints between(bodies);
     const std::vector<geometry::Triangle> out = geometry::wound_out(mesh).triangles;
+    const int flat = geometry::flat_axis(cubes);
+    const bool one_side = flat < 0 || geometry::is_closed(out, mesh.positions.size());
+    const double sides_out = one_side ? 1 : 2;
     for (std::size_t i = 0; i < out.size(); ++i) {
         const geometry::Triangle& t = mesh.triangles()[i];
         const auto v = sound_triangle(mesh, t);
@@ -305,7 +310,7 @@ std::vector<LoosePatch> patches_of_surface(const Cubes& cubes, const geometry::T
             {((*v)[1] - (*v)[0]).norm(), ((*v)[2] - (*v)[1]).norm(), ((*v)[0] - (*v)[2]).norm()});
         const Subdivided rows{
             *v, static_cast<int>(std::clamp(std::ceil(longest / cubes.size), 1.0, 64.0)),
-            out[i] == t ? 1.0 : -1.0, t[0]};
+            out[i] == t ? 1.0 : -1.0, sides_out, t[0]};
         const Vec3 area = area_of(*v);
         for (const auto corner : t) {
             faces.area[corner] += static_cast<float>(rows.share() * area.norm() / 3);
@@ -314,7 +319,6 @@ std::vector<LoosePatch> patches_of_surface(const Cubes& cubes, const geometry::T
         share_out(bodies, rows, between, patches);
     }
     embed_points(bodies, mesh, std::move(faces), between, patches);
-    const int flat = geometry::flat_axis(cubes);
     for (LoosePatch& patch : patches) {
         thin_out(patch);
         if (flat >= 0) flatten(patch, flat);

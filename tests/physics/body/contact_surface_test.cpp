@@ -272,3 +272,29 @@ TEST(ContactSurface, PiecesThatStayApartHaveTheirOwnFaces)
     // The blocks' own faces: 2 (4 + 3 + 3) each, none left out.
     EXPECT_NEAR(area(make_contact_surface(apart, {}, &mesh)), 40, 1e-4);
 }
+
+// Wind blows on both sides of a plane, whether its own mesh is linked or not: 2 x 1 m^2 twice. A
+// surface that is closed has both already.
+TEST(ContactSurface, TheSurfaceOfAPlaneHasTwoSides)
+{
+    const auto cubes =
+        geometry::plane_cubes(geometry::rectangle_cells(20, 10), {1, 0.1, {0, 0, 0}}, 0.02);
+    const auto area_of = [&](const geometry::TriMesh* mesh) {
+        double area = 0;
+        const ContactSurface skin = make_contact_surface(cubes, {}, mesh);
+        skin.corners.for_each(0, skin.corners.size(), [&](std::size_t c, const auto&) {
+            for (auto i = skin.on(c).area; i < skin.on(c).areas_end; ++i) {
+                area += double(skin.area[i].norm());
+            }
+        });
+        return area;
+    };
+    geometry::TriMesh one_side = geometry::grid(2, 1, 20, 10);
+    geometry::TriMesh both_sides = geometry::box({2, 1e-6, 1}, {20, 1, 10});
+    for (geometry::TriMesh* mesh : {&one_side, &both_sides}) {
+        for (auto& p : mesh->positions) p += geometry::Vec3f(1, 0, 0.5f);
+    }
+    EXPECT_NEAR(area_of(nullptr), 4, 1e-4);
+    EXPECT_NEAR(area_of(&one_side), 4, 1e-4);
+    EXPECT_NEAR(area_of(&both_sides), 4, 1e-4);
+}
