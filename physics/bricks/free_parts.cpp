@@ -221,7 +221,7 @@ void turn_free_parts(Stage& stage)
     // Of what rolls on something, as a wheel, forces alone are taken where it turns to.
     auto pinned = axes_of_parts(stage.frame.loads.pins, body);
     pinned.resize(body.parts);
-    if (body.sheets || body.skin.thickest > 0 || stage.frame.options.leaps) pinned = held;
+    if (has_sheets(body) || stage.frame.options.leaps) pinned = held;
     for (std::size_t i = 0; i < stage.rigid.count(); ++i) {
         held[stage.rigid.part(i)] = pinned[stage.rigid.part(i)] = all_axes;
     }

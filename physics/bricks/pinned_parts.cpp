@@ -179,8 +179,7 @@ void turn_pinned_parts(Stage& stage)
 {
     constexpr double least = 1e-6, most = std::numbers::pi;  // rad, as of free parts
     const CornerBody& body = stage.frame.body;
-    const bool sheets = body.sheets || body.skin.thickest > 0;
-    if (!stage.turns_start || stage.frame.options.leaps || sheets) return;
+    if (!stage.turns_start || stage.frame.options.leaps || has_sheets(body)) return;
     const auto pins = pinned(stage);
     const double tau = stage.tau;
     std::map<std::uint32_t, Turning> turning;

@@ -134,6 +134,11 @@ double pin_target(const StepFrame& frame, std::size_t pin, std::size_t axis, dou
 bool pins_stay(const Stage& stage);
 bool colliders_stay(const StepFrame& frame);
 
+// Whether some of the body is sheets, whether or not they touch each other.
+inline bool has_sheets(const CornerBody& body)
+{
+    return body.sheets || body.skin.thickest > 0;
+}
 // Whether parts of the body, or sheets of it, may touch each other.
 inline bool touches_itself(const Stage& stage)
 {

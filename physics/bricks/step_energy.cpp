@@ -160,7 +160,7 @@ PressedSets pressed_sets(const Stage& stage)
 // Whether a body of cubes is pressed by a collider where the stage ends.
 bool presses_colliders(const Stage& stage)
 {
-    if (stage.frame.body.sheets || stage.frame.body.solids) return false;
+    if (has_sheets(stage.frame.body)) return false;
     return std::any_of(stage.holds.begin(), stage.holds.end(),
                        [&](const PlaneTouch& touch) { return touch.depth(stage.x.data()) > 0; });
 }
@@ -188,7 +188,7 @@ double gained_by_touching(Stage& stage, const Aligned<double>& x, const Aligned<
         elastic(stage, after_x) + others(stage, after_x, after_v) - (stored + others(stage, x, v));
     // Sheets and rigid parts that rest have next to no energy of their own.
     const double mass = std::accumulate(frame.part_mass.begin(), frame.part_mass.end(), 0.0);
-    const bool may_rest = frame.body.sheets || frame.body.solids || !stage.rigid.none();
+    const bool may_rest = has_sheets(frame.body) || !stage.rigid.none();
     const double rising = stage.rigid.none() ? 0 : risen * frame.body.h * weight(frame);
     const double least = may_rest ? 0.5 * mass * slow * slow + rising : 0;
     return gain > std::max(least, little * (stored + moving)) ? gain : 0;
