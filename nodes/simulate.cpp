@@ -25,6 +25,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <span>
 
 namespace nodes::simulate {
 
@@ -229,20 +230,26 @@ static void require_same_models(const Inputs& in, const physics::State& start)
                                             corners, start.x.size()));
 }
 
-// The velocities that the bodies start with, together and each of its own.
+// The velocities that the bodies start with, together and each of its own. They turn about the
+// centres of the masses that they are simulated with, which of rigid ones are their surfaces'.
 static void start_moving(const Inputs& in, physics::State& state)
 {
     constexpr double degree = std::numbers::pi / 180;
-    std::vector<double> all;
-    for (std::size_t i = 0; i < in.cubes.size(); ++i) {
-        const std::vector<double> mass = geometry::corner_masses(*in.cubes[i]);
-        if (i < in.bodies.size()) {
-            physics::add_first_motion(state, all.size(), mass, in.bodies[i].velocity,
-                                      degree * in.bodies[i].spin_degrees);
-        }
-        all.insert(all.end(), mass.begin(), mass.end());
+    std::vector<double> mass;
+    const auto take_masses = [&](const auto& body) {
+        const physics::CornerBody& base = body.base;
+        for (std::size_t k = 0; k < base.corners; ++k) mass.push_back(base.mass[base.slot_of(k)]);
+    };
+    std::visit(take_masses, in.body->is);
+    std::size_t first = 0;
+    for (std::size_t i = 0; i < in.bodies.size(); ++i) {
+        const std::size_t count = in.cubes[i]->corner_count();
+        physics::add_first_motion(state, first, std::span(mass).subspan(first, count),
+                                  in.bodies[i].velocity, degree * in.bodies[i].spin_degrees);
+        first += count;
     }
-    physics::add_first_motion(state, 0, all, in.initial_velocity, degree * in.initial_spin_degrees);
+    physics::add_first_motion(state, 0, mass, in.initial_velocity,
+                              degree * in.initial_spin_degrees);
 }
 
 static double seconds_of(const Inputs& in, const graph::Context& context)

@@ -50,6 +50,32 @@ TEST(RigidBodyNodes, ABallRollsDownASlope)
     EXPECT_NEAR(way, wanted, 0.02 * wanted);
 }
 
+// A box in cubes that reach beyond it on one side, with a spin and nothing else: the middle of the
+// mesh stays where it is.
+TEST(RigidBodyNodes, ABodyThatSpinsFreelyStaysWhereItIs)
+{
+    for (const char* const spin :
+         {R"("initial_spin_degrees": [0, 0, 720], "bodies": [{ "rigid": true }])",
+          R"("bodies": [{ "rigid": true, "spin_degrees": [0, 0, 720] }])"}) {
+        Scene scene(fmt::format(
+            R"("mesh": {{ "type": "Primitive@1", "params": {{ "shape": "box",
+                     "box": {{ "size": [0.2, 0.2, 0.2] }}, "centre": [0.1, 0.1, 0.1] }} }},
+           "cubes": {{ "type": "Voxelize@1", "inputs": {{ "mesh": "mesh.mesh" }}, "params": {{
+                      "method": "solid", "size": 0.13, "align": "origin",
+                      "matter": {{ "density": 1000, "young": 1e6 }} }} }},
+           "sim": {{ "type": "Simulate@3", "inputs": {{ "cubes": "cubes.cubes",
+                    "surface": "mesh.mesh" }}, "params": {{ "gravity": [0, 0, 0], {} }} }},
+           "turned": {{ "type": "Embed@3", "inputs": {{ "mesh": "mesh.mesh",
+                    "cubes": "cubes.cubes", "state": "sim.state" }} }})",
+            spin));
+        const auto turned = scene.at<geometry::TriMesh>("turned", 25);
+        geometry::Vec3 middle = geometry::Vec3::Zero();
+        for (const auto& p : turned->positions) middle += p.cast<double>();
+        middle /= static_cast<double>(turned->positions.size());
+        EXPECT_LT((middle - geometry::Vec3(0.1, 0.1, 0.1)).norm(), 1e-5) << spin;  // of its corners
+    }
+}
+
 // A ball of steel that falls by 1 m comes out of the floor by a share of a cube: no step fails of
 // it.
 TEST(RigidBodyNodes, ABallThatLandsConvergesInEveryFrame)
