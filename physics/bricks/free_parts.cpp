@@ -89,27 +89,37 @@ void balance_linear(Stage& stage, const std::vector<std::uint32_t>& group,
     }
 }
 
+// N, those that act on each corner from outside, at w.
+std::vector<Vec3> outside_forces(const Stage& stage)
+{
+    const StepFrame& frame = stage.frame;
+    std::vector<Vec3> out(frame.body.corners);
+    Aligned<double> damped(frame.n, 0);
+    if (!frame.body.mass_damping.empty()) times_damping(stage, stage.w, damped);
+    for (std::size_t k = 0; k < out.size(); ++k) {
+        for (std::size_t a = 0, i = 4 * k; a < 3; ++a, ++i) {
+            out[k][static_cast<Eigen::Index>(a)] =
+                frame.steady[i] + stage.wind[i] - damped[i] - stage.drag[i] * stage.w[i];
+        }
+    }
+    return out;
+}
+
 // Of the forces from outside about the centre of each part where the stage ends, N m s, and `about`
 // the centre where it began if that is not null. What acts on a part as a whole, as weight does,
 // has no torque about its centre: it is left out of each corner's, exactly.
 std::vector<Vec3> impulses(const Stage& stage, const std::vector<RigidPart>* about)
 {
-    const StepFrame& frame = stage.frame;
-    const CornerBody& body = frame.body;
-    std::vector<Vec3> outside(body.corners), sum(body.parts, Vec3::Zero());
+    const CornerBody& body = stage.frame.body;
+    const std::vector<Vec3> outside = outside_forces(stage);
+    std::vector<Vec3> sum(body.parts, Vec3::Zero());
     std::vector<Vec3> centre(body.parts, Vec3::Zero()), out(body.parts, Vec3::Zero());
     std::vector<double> mass(body.parts, 0);
-    Aligned<double> damped(frame.n, 0);
-    if (!body.mass_damping.empty()) times_damping(stage, stage.w, damped);
     const auto end = [&](std::size_t k) {
         return Vec3(at(stage.x0, k) + stage.tau * at(stage.w, k));
     };
     for (std::size_t k = 0; k < body.corners; ++k) {
         const std::size_t part = body.part_of(k);
-        for (std::size_t a = 0, i = 4 * k; a < 3; ++a, ++i) {
-            outside[k][static_cast<Eigen::Index>(a)] =
-                frame.steady[i] + stage.wind[i] - damped[i] - stage.drag[i] * stage.w[i];
-        }
         sum[part] += outside[k];
         centre[part] += body.mass[k] * end(k);
         mass[part] += body.mass[k];
@@ -373,36 +383,41 @@ SheetGroups sheet_groups(const Stage& stage)
     return out;
 }
 
+// N m s, about a place.
+Vec3 momentum_about(const RigidPart& part, const Vec3& place)
+{
+    return part.momentum + part.mass * (part.centre - place).cross(part.velocity);
+}
+
 // Turns the velocities of groups that touch, by the least change with which their angular momenta
 // are those of x and v and what came from outside. Where corners go from x0 to x0 + tau w, both
-// have the same moment of w.
+// have the same moment of M w.
 void turn_groups(Stage& stage, const SheetGroups& groups, const Aligned<double>& x,
                  const Aligned<double>& v)
 {
-    const StepFrame& frame = stage.frame;
-    const CornerBody& body = frame.body;
+    const CornerBody& body = stage.frame.body;
     const Aligned<double> arms = unlifted(stage);
+    const auto began = rigid_parts(stage, x, v), has = rigid_parts(stage, arms, stage.w);
     std::vector<RigidPart> all(body.parts);
-    for (std::size_t k = 0; k < body.corners; ++k) {
-        RigidPart& group = all[groups.of[body.part_of(k)]];
-        group.mass += body.mass[k];
-        group.centre += body.mass[k] * at(arms, k);
+    for (std::size_t p = 0; p < body.parts; ++p) {
+        all[groups.of[p]].mass += has[p].mass;
+        all[groups.of[p]].centre += has[p].mass * has[p].centre;
     }
     for (RigidPart& group : all) {
         if (group.mass > 0) group.centre /= group.mass;
     }
+    for (std::size_t p = 0; p < body.parts; ++p) {
+        RigidPart& group = all[groups.of[p]];
+        const Vec3 off = has[p].centre - group.centre;
+        group.inertia += has[p].inertia + has[p].mass * (off.squaredNorm() * Mat3::Identity() -
+                                                         off * off.transpose());
+        group.momentum +=
+            momentum_about(began[p], group.centre) - momentum_about(has[p], group.centre);
+    }
+    const std::vector<Vec3> outside = outside_forces(stage);
     for (std::size_t k = 0; k < body.corners; ++k) {
         RigidPart& group = all[groups.of[body.part_of(k)]];
-        const Vec3 arm = at(arms, k) - group.centre;
-        Vec3 due = -body.mass[k] * at(stage.w, k);  // N s
-        for (std::size_t a = 0, i = 4 * k; a < 3; ++a, ++i) {
-            const double drag = frame.damping[i] + stage.drag[i];
-            due[static_cast<Eigen::Index>(a)] +=
-                stage.tau * (frame.steady[i] + stage.wind[i] - drag * stage.w[i]);
-        }
-        group.momentum += body.mass[k] * (at(x, k) - group.centre).cross(at(v, k)) + arm.cross(due);
-        group.inertia +=
-            body.mass[k] * (arm.squaredNorm() * Mat3::Identity() - arm * arm.transpose());
+        group.momentum += stage.tau * (at(arms, k) - group.centre).cross(outside[k]);
     }
     for (RigidPart& group : all) group.spin = spin_of(group.inertia, group.momentum);
     for (std::size_t k = 0; k < body.corners; ++k) {
