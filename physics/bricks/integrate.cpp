@@ -122,12 +122,17 @@ bool take_sdirk2(FrameStep& step, double dt, double begin, double end)
     Motion& now = step.now;
     take_stage(step, gamma * dt, begin + gamma * (end - begin), Balance::linear);
     if (step.stage.struck) return false;
+    const std::vector<Vec3> reaction = step.record.reaction;
     // Slopes of the first stage: velocity v, acceleration (v - v before) / (gamma dt).
     for (std::size_t i = 0; i < step.frame.n; ++i) {
         now.x[i] = before.x[i] + (1 - gamma) * dt * now.v[i];
         now.v[i] = before.v[i] + (1 - gamma) / gamma * (now.v[i] - before.v[i]);
     }
     take_stage(step, gamma * dt, end, Balance::linear);
+    for (std::size_t p = 0; p < reaction.size(); ++p) {  // that of the step
+        Vec3& last = step.record.reaction[p];
+        last = (1 - gamma) * reaction[p] + gamma * last;
+    }
     return !step.stage.struck;
 }
 

@@ -3,6 +3,7 @@
 // One step of a frame, by the integrator that was chosen (time_step.hpp).
 
 #include "physics/bricks/bounce.hpp"
+#include "physics/bricks/mean_forces.hpp"
 #include "physics/bricks/stage.hpp"
 #include "physics/bricks/step_energy.hpp"
 #include "physics/bricks/step_solver.hpp"
@@ -27,6 +28,7 @@ struct FrameStep {
     Motion now;
     // m, with rigid parts: x0 and the end of the stage as they were solved, before these turned.
     Aligned<double> solved_from, solved;
+    MeanForces mean;        // of the steps that were taken
     EnergyAccount account;  // of the midpoint rule
     Risen risen;            // of the last step that was not cut in halves
     int halvings = 0;       // of the step that was taken last

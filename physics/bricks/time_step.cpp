@@ -128,6 +128,8 @@ void keep(FrameStep& step, const Before& before, double begin, double end)
         take_forces_of(grips_of(step.stage.touches, at), step.stage.grips);
         take_forces_of(grips_of(step.stage.holds, at), step.stage.held);
     }
+    add_pins(step.mean, step.stage, step.record, step.now.x, begin, end);
+    add_touches(step.mean, step.stage, begin, end);
     let_flow(step, at.dt);
 }
 
@@ -291,20 +293,13 @@ bool sleeps(FrameStep& step, const State& state)
            stays_at_rest(step.stage, step.solver, step.now.x, step.now.v, step.record);
 }
 
-void keep_reactions(const Pins& pins, const StepRecord& record, State& state)
+State slept_through(State state, FrameStep& step, double dt)
 {
-    state.reactions.clear();
-    for (std::size_t p = 0; p < record.reaction.size(); ++p) {
-        state.reactions.push_back({pins.corner[p], record.reaction[p].cast<float>()});
-    }
-}
-
-State slept_through(State state, const Pins& pins, double dt, const StepRecord& record)
-{
-    keep_reactions(pins, record, state);
+    add_pins(step.mean, step.stage, step.record, step.now.x, 0, 1);
+    tell_pins(step.mean, step.frame.loads.pins, state);
     state.v.assign(state.v.size(), Vec3::Zero());
     state.time += dt;
-    state.report = record.report;
+    state.report = step.record.report;
     state.report.slept = true;
     return state;
 }
@@ -316,13 +311,11 @@ State advance_all(const CornerBody& body, Elasticity& elasticity, State state, c
     FrameStep step(frame, elasticity);
     step.now = load(body, state);
     step.stage.rigid.straighten(step.now.x.data(), step.now.v.data());
-    step.stage.grips = state.grips;
-    step.stage.held = state.holds;
+    step.stage.grips = without_those_gone(state.grips);
+    step.stage.held = without_those_gone(state.holds);
     frame.start = step.now.x;
     frame.first = state.time == 0;
-    if (sleeps(step, state)) {
-        return slept_through(std::move(state), loads.pins, dt, step.record);
-    }
+    if (sleeps(step, state)) return slept_through(std::move(state), step, dt);
     if (options.integrator == Integrator::implicit_midpoint) {
         step.account = open_account(step.stage, step.now.x, step.now.v, state.energy_owed);
     }
@@ -337,10 +330,10 @@ State advance_all(const CornerBody& body, Elasticity& elasticity, State state, c
     }
     store(body, step.now, state);
     state.still_frames = is_still(body, frame.start, step.now.x, dt) ? state.still_frames + 1 : 0;
-    keep_reactions(loads.pins, step.record, state);
+    tell_pins(step.mean, loads.pins, state);
     state.energy_owed = step.account.owed;
-    state.grips = with_corners(body, std::move(step.stage.grips));
-    state.holds = with_corners(body, std::move(step.stage.held));
+    state.grips = with_corners(body, with_mean(step.stage.grips, step.mean.grips));
+    state.holds = with_corners(body, with_mean(step.stage.held, step.mean.holds));
     if (is_far(state)) {
         step.record.report.converged = false;
         step.record.report.warnings.emplace_back(told_of_distance());
@@ -365,19 +358,10 @@ State advance_implicitly(const CornerBody& body, Elasticity& elasticity, State s
     check_forces(loads.forces);
     const HeldMatter& matter = loads.pins.matter;
     if (matter.cubes.empty()) {
-        state.held.clear();
-        state.held_forces.clear();
         return advance_all(body, elasticity, std::move(state), loads, dt, options);
     }
     HoldingElasticity holding(body, elasticity, matter, targets_before(matter, state));
-    state = advance_all(body, holding, std::move(state), loads, dt, options);
-    state.held = matter.target;
-    state.held_forces.clear();
-    const std::vector<Vec3> forces = forces_of(matter, state.x);
-    for (std::size_t i = 0; i < forces.size(); ++i) {
-        state.held_forces.push_back({matter.corner[i], forces[i].cast<float>()});
-    }
-    return state;
+    return advance_all(body, holding, std::move(state), loads, dt, options);
 }
 
 State rest_state(const CornerBody& body)

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <span>
 #include <stdexcept>
 
 namespace physics {
@@ -75,15 +76,14 @@ MassMoments mass_moments(const State& state, const geometry::Cubes& cubes)
     return out;
 }
 
-std::vector<Vec3> forces_of(const HeldMatter& matter, const std::vector<Vec3>& x)
+std::vector<Vec3> forces_of(const HeldMatter& matter, const std::vector<Vec3>& off)
 {
     std::vector<Vec3> out(matter.corner.size(), Vec3::Zero());
     for (const HeldCube& cube : matter.cubes) {
         for (std::size_t a = 0; a < 8; ++a) {
             Vec3 sum = Vec3::Zero();
             for (std::size_t b = 0; b < 8; ++b) {
-                const auto at = cube.corner[b];
-                sum += stiffness_at(cube, a, b) * (matter.target[at] - x[matter.corner[at]]);
+                sum += stiffness_at(cube, a, b) * off[cube.corner[b]];
             }
             for (int axis = 0; axis < 3; ++axis) {
                 if ((cube.axes >> axis & 1) != 0) out[cube.corner[a]][axis] += sum[axis];
@@ -95,16 +95,42 @@ std::vector<Vec3> forces_of(const HeldMatter& matter, const std::vector<Vec3>& x
 
 namespace {
 
-// Whether a pin's points were held in the step to a state: its corners stand there as they are in
-// the pin, one after another.
-bool was_held(const HeldMatter& matter, const State& state)
+// The axes of the world along which springs hold each of a matter's corners, as bits.
+std::vector<std::uint32_t> axes_of(const HeldMatter& matter)
 {
-    const auto same = [](const Reaction& reaction, std::uint32_t corner) {
-        return reaction.corner == corner;
-    };
-    const auto& held = state.held_forces;
-    return std::search(held.begin(), held.end(), matter.corner.begin(), matter.corner.end(),
-                       same) != held.end();
+    std::vector<std::uint32_t> out(matter.corner.size(), 0);
+    for (const HeldCube& cube : matter.cubes) {
+        for (const auto at : cube.corner) out[at] |= cube.axes;
+    }
+    return out;
+}
+
+// The forces of a pin's springs in the step to a state, among those of all: its corners stand there
+// as they are in the pin, one after another. Another pin may hold the same corners: to other
+// targets, or along other axes, which leaves no force along these. Empty: it was not held.
+std::span<const Reaction> forces_in(const State& state, const HeldMatter& matter)
+{
+    const std::size_t count = matter.corner.size();
+    const std::span<const Reaction> all = state.held_forces;
+    const bool told = state.held.size() == all.size();
+    const std::vector<std::uint32_t> axes = axes_of(matter);
+    std::span<const Reaction> out;
+    double most = -1;
+    for (std::size_t first = 0; count > 0 && first + count <= all.size(); ++first) {
+        const auto own = all.subspan(first, count);
+        double sum = 0;
+        bool fits = true;
+        for (std::size_t i = 0; i < count && fits; ++i) {
+            fits = own[i].corner == matter.corner[i] &&
+                   (!told || state.held[first + i] == matter.target[i]);
+            for (int a = 0; a < 3; ++a) {
+                fits = fits && ((axes[i] >> a & 1) != 0 || own[i].force[a] == 0);
+            }
+            sum += double(own[i].force.norm());
+        }
+        if (fits && sum > most) out = own, most = sum;
+    }
+    return out;
 }
 
 }  // namespace
@@ -117,13 +143,9 @@ PinForce pin_force(const State& state, const Pins* of, const Vec3& point)
         out.torque += (state.x[corner] - point).cross(force);
         ++out.pins;
     };
-    if (of && was_held(of->matter, state)) {
-        const std::vector<Vec3> forces = forces_of(of->matter, state.x);
-        for (std::size_t i = 0; i < forces.size(); ++i) add(of->matter.corner[i], forces[i]);
-    }
-    for (std::size_t i = 0; !of && i < state.held_forces.size(); ++i) {
-        add(state.held_forces[i].corner, state.held_forces[i].force.cast<double>());
-    }
+    std::span<const Reaction> held = state.held_forces;
+    if (of) held = forces_in(state, of->matter);
+    for (const Reaction& one : held) add(one.corner, one.force.cast<double>());
     for (const Reaction& reaction : state.reactions) {
         Vec3 force = reaction.force.cast<double>();
         if (of) {

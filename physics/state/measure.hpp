@@ -25,12 +25,12 @@ struct MassMoments {
 };
 MassMoments mass_moments(const State& state, const geometry::Cubes& cubes);
 
-// The forces of springs that hold points of the material, with corners at x: on each of the
-// matter's corners. H, N.
-std::vector<Vec3> forces_of(const HeldMatter& matter, const std::vector<Vec3>& x);
+// The forces of springs that hold points of the material, on each of the matter's corners (H, N),
+// where these are `off` from their targets (H, m).
+std::vector<Vec3> forces_of(const HeldMatter& matter, const std::vector<Vec3>& off);
 
-// What pins exert on the body: of all, or of the corners `of` along the axes that these hold and of
-// the points of the material that they hold.
+// What pins exert on the body, in the mean over the last frame: of all, or of the corners `of`
+// along the axes that these hold and of the points of the material that they hold.
 struct PinForce {
     Vec3 force = Vec3::Zero();   // N
     Vec3 torque = Vec3::Zero();  // N m, about `point`
@@ -38,8 +38,8 @@ struct PinForce {
 };
 PinForce pin_force(const State& state, const Pins* of, const Vec3& point);
 
-// What held a body where it touched something at the end of the last step, pushes and friction: by
-// all of it, or less. Impacts that bounce do not count.
+// What held a body where it touched something, in the mean over the last frame, pushes and
+// friction: by all of it, or less. Impacts that bounce do not count.
 struct ContactOf {
     const StateModel* body = nullptr;     // null: all of the state
     const StateModel* another = nullptr;  // null: colliders and all bodies; else this body alone

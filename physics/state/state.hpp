@@ -35,7 +35,8 @@ struct BallState {
 };
 
 // What is known of a point of a body's surface that touched something at the end of a step: how far
-// it has been dragged along that, as far as friction holds, and from which side it came.
+// it has been dragged along that, as far as friction holds, and from which side it came. Of one
+// that let go within the frame the force alone is known, and the normal is 0.
 struct Grip {
     std::uint32_t point = 0, other = 0;                 // as in PlaneTouch
     Eigen::Vector3f stretch = Eigen::Vector3f::Zero();  // m
@@ -44,16 +45,15 @@ struct Grip {
     float firmness = 1;  // how many times stiffer it has become since it touched first
     float slack = 0;     // m, how deep it may be without a push
     float at_rest = 0;   // N/m, how stiff it is where it rests, less its firmness; 0: not known
-    // N, by which it was held at the end of the step: on the first of the two corners beside it,
-    // and against that on the second, if what it touches has corners.
+    // N, by which it was held in the mean over the frame: on the first of the two corners beside
+    // it, and against that on the second, if what it touches has corners.
     Eigen::Vector3f force = Eigen::Vector3f::Zero();
     std::array<std::uint32_t, 2> corners{no_corner, no_corner};
 
     static constexpr std::uint32_t no_corner = std::numeric_limits<std::uint32_t>::max();
 };
 
-// The force by which a pin held its corner at the end of the last step (of the midpoint rule: in
-// its middle).
+// The force by which a pin held its corner, in the mean over the last frame.
 struct Reaction {
     std::uint32_t corner = 0;
     Eigen::Vector3f force = Eigen::Vector3f::Zero();  // N, on the body

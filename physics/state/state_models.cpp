@@ -47,13 +47,16 @@ std::vector<float> known_part_of(const std::vector<float>& all, const StateModel
     return out;
 }
 
+bool has_corner(const StateModel& model, std::uint32_t corner)
+{
+    return corner >= model.corner && corner - model.corner < model.corners;
+}
+
 std::vector<Reaction> part_of(const std::vector<Reaction>& all, const StateModel& model)
 {
     std::vector<Reaction> out;
     for (Reaction reaction : all) {
-        if (reaction.corner < model.corner || reaction.corner >= model.corner + model.corners) {
-            continue;
-        }
+        if (!has_corner(model, reaction.corner)) continue;
         reaction.corner -= model.corner;
         out.push_back(reaction);
     }
@@ -137,6 +140,9 @@ std::shared_ptr<const State> state_of(const std::shared_ptr<const State>& state,
     out.energy = known_part_of(state->energy, *found);
     out.reactions = part_of(state->reactions, *found);
     out.held_forces = part_of(state->held_forces, *found);
+    for (std::size_t i = 0; i < std::min(state->held.size(), state->held_forces.size()); ++i) {
+        if (has_corner(*found, state->held_forces[i].corner)) out.held.push_back(state->held[i]);
+    }
     out.report = state->report;
     return std::make_shared<const State>(std::move(out));
 }

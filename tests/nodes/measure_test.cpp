@@ -77,6 +77,71 @@ TEST(Measure, OfAFlyingBoxMomentaAndInertiaAreThoseOfARigidOne)
                 1e-4);
 }
 
+// Pins move evenly within a frame, so that all of what they speed up is in its first step. One that
+// moves 16 kg with 4 m/s^2 pushes by 64 N, however many steps that takes. (A tolerance is a share
+// of the forces at work, which are high where springs are drawn along.)
+TEST(Measure, ForcesOfPinsAreThoseOfAllStepsOfAFrame)
+{
+    struct Case {
+        const char *hold, *rigid;
+        int substeps;
+        const char* integrator;
+    };
+    for (const Case& one : {Case{"corners", "false", 1, "implicit_euler"},
+                            {"corners", "false", 8, "implicit_euler"},
+                            {"corners", "true", 8, "implicit_euler"},
+                            {"points", "false", 2, "implicit_euler"},
+                            {"points", "true", 8, "implicit_euler"},
+                            {"corners", "false", 1, "sdirk2"},
+                            {"corners", "false", 4, "sdirk2"}}) {
+        Scene scene(
+            body("[0.4, 0.2, 0.2]", R"("young": 1e7, "stiffness_damping": 0.01)") +
+            fmt::format(R"(,
+        "end": {{ "type": "Pin@1", "inputs": {{ "cubes": "cubes.cubes" }}, "params": {{
+                  "hold": "{}", "where": "ends", "ends": {{ "end": "low" }},
+                  "translate": ["=2 * time^2", 0, 0] }} }},
+        "sim": {{ "type": "Simulate@3", "inputs": {{ "cubes": "cubes.cubes",
+                  "pins": ["end.pins"] }}, "params": {{ "gravity": [0, 0, 0],
+                  "bodies": [{{ "rigid": {} }}],
+                  "step": {{ "substeps": {}, "integrator": "{}", "tolerance": 1e-7 }} }} }})",
+                        one.hold, one.rigid, one.substeps, one.integrator) +
+            measured("reaction_force", R"(, "pins": "end.pins")", R"(, "direction": [1, 0, 0])"));
+        EXPECT_NEAR(*scene.at<double>("reaction_force", 13), 64, 1)
+            << one.hold << one.rigid << one.substeps << one.integrator;
+    }
+}
+
+// Two pins hold the same points, along y and along x and z. Weight and a wind along x, as gravity
+// has them, are told apart.
+TEST(Measure, ForcesOfPinsOfTheSamePointsAreToldApart)
+{
+    const auto pin = [](const char* name, const char* axes) {
+        return fmt::format(R"(,
+        "{}": {{ "type": "Pin@1", "inputs": {{ "cubes": "cubes.cubes" }}, "params": {{
+                 "hold": "points", "axes": "{}", "where": "ends", "ends": {{ "end": "low" }} }} }})",
+                           name, axes);
+    };
+    const auto force = [](const char* name, const char* of, const char* direction) {
+        return fmt::format(R"(,
+        "{}": {{ "type": "Measure@1", "inputs": {{ "state": "sim.state", "pins": "{}.pins" }},
+                 "params": {{ "what": "reaction_force", "direction": {} }} }})",
+                           name, of, direction);
+    };
+    Scene scene(body("[0.4, 0.2, 0.2]", R"("young": 1e7)") + pin("up", "y") + pin("side", "xz") +
+                R"(,
+        "sim": { "type": "Simulate@3", "inputs": { "cubes": "cubes.cubes",
+                 "pins": ["up.pins", "side.pins"] }, "params": { "gravity": [-3, -9.81, 0],
+                 "initial_shape": "equilibrium" } })" +
+                force("up_y", "up", "[0, 1, 0]") + force("up_x", "up", "[1, 0, 0]") +
+                force("side_y", "side", "[0, 1, 0]") + force("side_x", "side", "[1, 0, 0]"));
+    for (const int frame : {1, 3}) {
+        EXPECT_NEAR(*scene.at<double>("up_y", frame), 16 * 9.81, 0.1);
+        EXPECT_NEAR(*scene.at<double>("side_x", frame), 16 * 3, 0.1);
+        EXPECT_EQ(*scene.at<double>("up_x", frame), 0);
+        EXPECT_EQ(*scene.at<double>("side_y", frame), 0);
+    }
+}
+
 // Two boxes on the ground, one of them pinned, and a simulation of another kind that goes on from
 // one of bricks: each quantity is told of what it is asked of, and of nothing older.
 TEST(Measure, KnowsBodiesAndSimulationsApart)

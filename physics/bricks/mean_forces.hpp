@@ -1,0 +1,36 @@
+#pragma once
+
+// The forces that hold a body in a frame, in the mean over its steps: what a state tells of pins
+// and of what is touched.
+//
+// Pins and colliders move evenly within a frame. What they speed up by, they do in its first step
+// alone, whose forces are the higher the more steps the frame has, and those of the last step know
+// nothing of it. The mean is what changes the momentum within the frame:
+//   sum dt_i f_i / sum dt_i
+
+#include "physics/bricks/stage.hpp"
+
+#include <vector>
+
+namespace physics {
+
+struct MeanForces {
+    std::vector<Vec3> reaction;      // N, of each pin
+    std::vector<Vec3> off;           // H, m, from where springs hold the material to their targets
+    std::vector<Grip> grips, holds;  // in_order(); point, other, corners and force alone
+};
+
+// Adds the forces of pins in a step from share `begin` to `end` of the frame that ended at x.
+void add_pins(MeanForces& mean, const Stage& stage, const StepRecord& record,
+              const Aligned<double>& x, double begin, double end);
+// Adds those of what it touched, as the grips of the stage have them.
+void add_touches(MeanForces& mean, const Stage& stage, double begin, double end);
+
+// Tells a state the forces of pins.
+void tell_pins(const MeanForces& mean, const Pins& pins, State& state);
+// Grips as the last step left them, with the mean of forces, and those that let go before.
+std::vector<Grip> with_mean(std::vector<Grip> last, const std::vector<Grip>& mean);
+// Those of them that still touch.
+std::vector<Grip> without_those_gone(std::vector<Grip> grips);
+
+}  // namespace physics
