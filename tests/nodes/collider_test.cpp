@@ -104,7 +104,7 @@ std::string cut_anew(const std::string& size_y, const std::string& centre)
 // quarter of its way, be it up or down.
 TEST(ColliderNode, AMeshOfOtherTrianglesThatKeepsItsSizeMovesAsAWhole)
 {
-    constexpr double frame_time = 1.0 / 24, share = 0.25;
+    constexpr double seconds = 1.0 / 24, part = 0.25;
     for (const double up : {0.1, -0.1}) {  // m a frame
         const std::string y = "0.3 + (frame - 3) * " + std::to_string(up);
         Scene scene(cut_anew("1", "[\"=0.05 * (frame - 3)\", \"=" + y + "\", 0]"));
@@ -112,11 +112,11 @@ TEST(ColliderNode, AMeshOfOtherTrianglesThatKeepsItsSizeMovesAsAWhole)
         const auto stop = scene.at<physics::Collider>("stop", 4);
         ASSERT_NE(stop->mesh_before, nullptr);
         EXPECT_EQ(stop->mesh_before->topology, stop->mesh->topology);
-        const physics::PosedCollider posed = physics::pose_collider(*stop, share, frame_time, 0.2);
+        const physics::PosedCollider posed = physics::pose_collider(*stop, part, seconds, 0.2);
         for (const double x : {-0.9, 0.1, 0.8}) {
             const physics::Touch t = physics::touch(posed, Vec3(x, 0.77, 0.3));
-            EXPECT_NEAR(t.gap, -0.03 - up * share, 1e-6) << x;
-            EXPECT_NEAR((t.velocity - Vec3(0.05, up, 0) / frame_time).norm(), 0, 1e-5) << x;
+            EXPECT_NEAR(t.gap, -0.03 - up * part, 1e-6) << x;
+            EXPECT_NEAR((t.velocity - Vec3(0.05, up, 0) / seconds).norm(), 0, 1e-5) << x;
             EXPECT_NEAR(t.normal.y(), 1, 1e-6) << x;
         }
     }
@@ -125,14 +125,14 @@ TEST(ColliderNode, AMeshOfOtherTrianglesThatKeepsItsSizeMovesAsAWhole)
 // The top rises by 0.1 m a frame, and the bottom stays.
 TEST(ColliderNode, AMeshOfOtherTrianglesThatGrowsMovesAcrossItsSurface)
 {
-    constexpr double frame_time = 1.0 / 24, share = 0.25;
+    constexpr double seconds = 1.0 / 24, part = 0.25;
     Scene scene(cut_anew(R"("=0.5 + 0.1 * frame")", R"([0, "=0.05 * frame", 0])"));
     const auto stop = scene.at<physics::Collider>("stop", 4);  // from 0.55 to 0.65
-    const physics::PosedCollider posed = physics::pose_collider(*stop, share, frame_time, 0.2);
+    const physics::PosedCollider posed = physics::pose_collider(*stop, part, seconds, 0.2);
     for (const double x : {-0.9, 0.1, 0.8}) {
         const physics::Touch t = physics::touch(posed, Vec3(x, 0.55, 0.3));
-        EXPECT_NEAR(t.gap, -0.1 * share, 1e-6) << x;
-        EXPECT_NEAR(t.velocity.y(), 0.1 / frame_time, 1e-5) << x;
+        EXPECT_NEAR(t.gap, -0.1 * part, 1e-6) << x;
+        EXPECT_NEAR(t.velocity.y(), 0.1 / seconds, 1e-5) << x;
         EXPECT_NEAR(t.normal.y(), 1, 1e-6) << x;
     }
 }

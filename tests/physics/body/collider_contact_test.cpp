@@ -366,6 +366,114 @@ TEST(ColliderContact, AMovingColliderCarriesWhatRestsOnIt)
     for (const Vec3& v : state.v) EXPECT_NEAR(v.x(), 0.5, 0.02);
 }
 
+// One that is as large as `size` at the end of the frame.
+Collider growing_collider(Collider::Kind kind, const ColliderSize& size, const ColliderSize& before)
+{
+    Collider c;
+    c.kind = kind;
+    c.pose = c.before = some_pose();
+    c.radius = size.radius;
+    c.half_size = size.half_size;
+    c.thickness = size.thickness;
+    c.size_before = before;
+    return c;
+}
+
+// The speed of a surface along its normal is that by which the gap to a fixed place shrinks. All
+// gaps are linear in the share of the frame but those over the edges of a box, where the error of
+// the central difference is of the order of step^2.
+TEST(ColliderContact, AGrowingSurfaceMovesAtTheSpeedByWhichGapsShrink)
+{
+    constexpr double dt = 1.0 / 24;
+    constexpr double step = 1e-4;  // of the frame
+    using Kind = Collider::Kind;
+    for (const Kind kind : {Kind::plane, Kind::sphere, Kind::box}) {
+        const Collider c = growing_collider(kind, {1.1, {0.9, 1.2, 1}, 0.05}, {1, {1, 1, 1}, 0.02});
+        for (std::uint64_t i = 0; i < 200; ++i) {
+            const Vec3 p = somewhere(i);
+            const Touch t = touch(pose_collider(c, 0.3, dt, 0.1), p);
+            const double earlier = touch(pose_collider(c, 0.3 - step, dt, 0.1), p).gap;
+            const double later = touch(pose_collider(c, 0.3 + step, dt, 0.1), p).gap;
+            const double speed = (earlier - later) / (2 * step * dt);
+            ASSERT_NEAR(t.velocity.dot(t.normal), speed, 1e-6) << i;
+        }
+        const Touch end = touch(pose_collider(c, 1, dt, 0.1), somewhere(0));
+        Collider still = c;
+        still.size_before.reset();
+        const Touch alike = touch(pose_collider(still, 1, dt, 0.1), somewhere(0));
+        EXPECT_NEAR(end.gap, alike.gap, 1e-12);
+        EXPECT_EQ(alike.velocity, Vec3::Zero());
+    }
+}
+
+TEST(ColliderContact, AGrowingBallPushesByTheSideThatAPointCameFrom)
+{
+    constexpr double dt = 1.0 / 24;
+    Collider ball;
+    ball.kind = Collider::Kind::sphere;
+    ball.radius = 0.02;
+    ball.size_before = ColliderSize{0.01, ball.half_size, 0};
+    const double rate = 0.01 / dt;  // m/s
+    const Vec3 to(0, -0.015, 0), v(0, -0.05 / dt, 0);
+    const Touch t = touch(pose_collider(ball, 1, dt, 0.05), to, v, dt);
+    EXPECT_NEAR(t.normal.y(), 1, 1e-9);
+    EXPECT_NEAR(t.gap, -0.035, 1e-9);
+    EXPECT_NEAR(t.velocity.y(), rate, 1e-9);
+}
+
+// Points come from above or below, and the sheet becomes thicker to both sides.
+TEST(ColliderContact, ASheetThickensToBothSides)
+{
+    constexpr double dt = 1.0 / 24;
+    Collider sheet;
+    sheet.kind = Collider::Kind::mesh;
+    sheet.sheet = true;
+    sheet.mesh = std::make_shared<const geometry::TriMesh>(geometry::grid(2, 2, 3, 3));
+    sheet.thickness = 0.03;
+    sheet.size_before = ColliderSize{sheet.radius, sheet.half_size, 0.01};
+    const PosedCollider posed = pose_collider(sheet, 0.5, dt, 0.1);
+    for (const double side : {1.0, -1.0}) {
+        const Touch t = touch(posed, Vec3(0.1, side * 0.015, 0), Vec3::Zero(), dt);
+        EXPECT_NEAR(t.gap, -0.005, 1e-6);
+        EXPECT_NEAR(t.normal.y(), side, 1e-6);
+        EXPECT_NEAR(t.velocity.y(), side * 0.02 / dt, 1e-6);
+    }
+}
+
+// The top of a box rises at 1 m/s under a block, by its size or by its thickness. With any number
+// of steps the block comes to go with it. A box that has its last size from the first step of a
+// frame on throws it out, and the more steps, the faster.
+TEST(ColliderContact, ATopThatRisesByGrowingLiftsABlockAtItsSpeed)
+{
+    constexpr double dt = 1.0 / 24;
+    const auto cubes = fixtures::box(2, 1, 2, 0.1, {.young = 1e5, .stiffness_damping = 0.01});
+    const BricksBody body = make_bricks(cubes);
+    for (const bool thickens : {false, true}) {
+        for (const int substeps : {1, 4, 16}) {
+            Collider box;
+            box.kind = Collider::Kind::box;
+            box.half_size = {2, 1, 2};
+            box.pose = box.before = Transform(Eigen::Translation3d(0, -1, 0));
+            State state = rest_state(body);
+            double fastest = 0;
+            for (int i = 0; i < 24; ++i) {
+                Loads loads;
+                loads.forces.push_back({});
+                const Collider last = box;
+                (thickens ? box.thickness : box.half_size.y()) += dt;
+                box.began_as(last);
+                loads.colliders.push_back(box);
+                StepOptions options;
+                options.substeps = substeps;
+                state = advance(body, state, loads, dt, options);
+                for (const Vec3& v : state.v) fastest = std::max(fastest, v.y());
+            }
+            EXPECT_LT(fastest, 1.5) << substeps;
+            for (const Vec3& v : state.v) EXPECT_NEAR(v.y(), 1, 0.02) << substeps;
+        }
+    }
+}
+
 Collider plane_at(double height)
 {
     Collider plane;
