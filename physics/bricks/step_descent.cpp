@@ -1,5 +1,6 @@
 #include "physics/bricks/step_descent.hpp"
 
+#include "physics/bricks/joints.hpp"
 #include "physics/bricks/stage_touches.hpp"
 
 #include <algorithm>
@@ -7,6 +8,8 @@
 
 namespace physics {
 namespace {
+
+constexpr double share_off = 1e-15;  // by which rounding moves a place
 
 struct Phi {
     double value = 0;
@@ -216,6 +219,34 @@ double forces_at_work(const Stage& stage, const StepSolver& solver)
     return std::max({norm(solver, at.outside), norm(solver, at.elastic), norm(solver, at.inertia)});
 }
 
+// Joints pull where rounding moves places, each on its own.
+static double rounding_of_joints(const Stage& stage, const StepSolver& solver)
+{
+    constexpr double both = 2;  // the start of the stage and its end
+    if (stage.frame.loads.joints.empty()) return 0;
+    std::vector<PointContact> joints;
+    add_joints(stage, stage.x, joints);
+    Aligned<double> r(stage.frame.n, 0);
+    for (const PointContact& joint : joints) {
+        for (std::size_t i = 0; i < 3; ++i) {
+            double size = 0;  // m, of the places that its gap is the difference of
+            const auto number = [&](std::size_t a) {
+                return 4 * std::size_t{joint.corners[a]} + i;
+            };
+            for (std::size_t a = 0; a < joint.count; ++a) {
+                size += std::abs(double(joint.weight[a]) * stage.x[number(a)]);
+            }
+            const double pull = both * share_off * size * stage.tau * joint.stiffness[0];
+            for (std::size_t a = 0; a < joint.count; ++a) {
+                double& all = r[number(a)];
+                all = std::hypot(all, pull * double(joint.weight[a]));
+            }
+        }
+    }
+    if (!stage.rigid.none()) stage.rigid.even_out(r.data());
+    return norm(solver, r);
+}
+
 double rounding_of(const Stage& stage, const StepSolver& solver)
 {
     const Aligned<double>& inverse = solver.high.linear.inverse;
@@ -223,7 +254,7 @@ double rounding_of(const Stage& stage, const StepSolver& solver)
     for (std::size_t i = 0; i < stage.frame.n; ++i) {
         if (inverse[i] > 0) sum += stage.x[i] * stage.x[i] / inverse[i];
     }
-    return 1e-15 * std::sqrt(sum) / stage.tau;
+    return share_off * std::sqrt(sum) / stage.tau + rounding_of_joints(stage, solver);
 }
 
 }  // namespace physics

@@ -44,8 +44,8 @@ void draw_back(Stage& stage, const Aligned<double>& from, double slope);
 // went wrong leaves forces there beside which the next one would look right. Where it ends they are
 // large beside the residual only if they balance each other.
 double forces_at_work(const Stage& stage, const StepSolver& solver);
-// The norm of a residual that rounding of positions leaves at best: stiff bodies under small loads
-// do not come closer.
+// The norm of a residual that rounding of positions leaves at best: stiff bodies and joints under
+// small loads do not come closer.
 double rounding_of(const Stage& stage, const StepSolver& solver);
 
 }  // namespace physics
