@@ -489,7 +489,7 @@ std::vector<std::string> buried(ModelsOfState models, const Pins& pins,
                                          ? "The body"
                                          : fmt::format("Body {} of {}", m + 1, models.size());
             out.push_back(fmt::format(
-                "{} starts up to {:.2g} m inside collider {} of {} and will be pushed out fast. "
+                "{} starts up to {:.2g} m inside collider {} of {} and will be pushed out. "
                 "Move them apart, or pin the corners that must stay.",
                 name, deepest, i + 1, colliders.size()));
         }

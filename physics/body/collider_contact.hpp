@@ -77,7 +77,7 @@ bool may_touch(const PosedCollider& collider, const Vec3& p, double radius, doub
                double dt);
 
 // A sentence for each collider that holds a corner of the cubes at rest more than a cube deep:
-// contact will throw it out in the first steps. Corners that are pinned are left out, as a foot in
+// contact will push it out. Corners that are pinned are left out, as a foot in
 // the ground is. Of many corners some twenty thousand are looked at. Pins count the corners of
 // all models, one after another. Where there are surfaces, one for each model, as much of them is
 // so deep too: cubes at a slope reach into what their surface is clear of.

@@ -92,7 +92,7 @@ void add_sheets_in_solids(const std::vector<std::size_t>& model, const CornerBod
     for (const auto& [two, at] : found) {
         out.push_back(
             fmt::format("The sheet of cubes[{}] starts inside the solid of cubes[{}] near "
-                        "{}: contact throws it out, or holds it there where it "
+                        "{}: contact pushes it out, or holds it there where it "
                         "goes through the middle. Move them apart.",
                         two.second, two.first, named(at)));
     }

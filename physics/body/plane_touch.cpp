@@ -167,19 +167,9 @@ double deepest_of(const std::vector<Grip>& grips)
     return double(deepest);
 }
 
-double slack_speed(double size)
+double slack_speed(double way)
 {
-    return std::sqrt(9.81 * size);
-}
-
-static double slack_after(const PlaneTouch& touch, const StepEnd& end)
-{
-    const double little = 0.05 * touch.size;
-    double slack = touch.slack;
-    if (end.solid && slack > little) {
-        slack = std::max(little, slack - end.dt * slack_speed(touch.size));
-    }
-    return slack * std::exp(-end.dt / slack_time);
+    return std::sqrt(9.81 * way);
 }
 
 // How firm a touch is after a step that left it so deep, m.
@@ -221,7 +211,7 @@ std::vector<Grip> grips_of(const std::vector<PlaneTouch>& touches, const StepEnd
         grip.normal = touch.normal.cast<float>();
         grip.depth = static_cast<float>(depth);
         grip.firmness = static_cast<float>(firmness_after(touch, depth, end));
-        grip.slack = static_cast<float>(depth > 0 ? slack_after(touch, end) : 0);
+        grip.slack = static_cast<float>(depth > 0 ? touch.slack : 0);
         grip.at_rest = static_cast<float>(touch.at_rest);
         grip.force = (touch.stiffness * (pressed * touch.normal - stretch)).cast<float>();
         grip.corners = corners_beside(touch);
@@ -241,7 +231,17 @@ static void keep_push(PlaneTouch& touch, const Grip& grip)
     touch.stretch /= by;
 }
 
-void take_grips(std::vector<PlaneTouch>& touches, const std::vector<Grip>& grips)
+double slack_left(double slack, double size, SlackTime time)
+{
+    // Sheets may be much thinner than a cell. Above 0.1 m, theirs would go faster than that.
+    const double little = time.solid ? 0.05 * size : 9.81 * slack_time * slack_time;
+    if (!(slack > little)) return slack * std::exp(-time.dt / slack_time);
+    // At slack_speed(slack) all along, its root falls evenly.
+    const double root = std::sqrt(slack) - 0.5 * time.dt * slack_speed(1);
+    return root > 0 ? std::max(little, root * root) : little;
+}
+
+void take_grips(std::vector<PlaneTouch>& touches, const std::vector<Grip>& grips, SlackTime time)
 {
     auto grip = grips.begin();
     for (PlaneTouch& touch : touches) {
@@ -252,7 +252,9 @@ void take_grips(std::vector<PlaneTouch>& touches, const std::vector<Grip>& grips
         touch.began = known ? double(grip->depth) : 0;
         touch.slack = known ? double(grip->slack) : 0;
         touch.stretch = known ? along(touch.normal, grip->stretch.cast<double>()) : Vec3::Zero();
-        if (known) keep_push(touch, *grip);
+        if (!known) continue;
+        keep_push(touch, *grip);
+        touch.slack = slack_left(touch.slack, touch.size, time);
     }
 }
 

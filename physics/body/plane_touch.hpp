@@ -24,8 +24,12 @@
 //   - within a step, while touches are still being looked for, by as much as a point is too deep.
 //     That makes no energy: at the depth d0 and the stretch s0 with which the step began,
 //       k' (d0 - b')^2 = k (d0 - b)^2,   k' s0'^2 = k s0^2
-//     where b is its slack, the depth from which on it is pushed. Slack goes in 0.1 s.
+//     where b is its slack, the depth from which on it is pushed.
 // A point keeps its firmness, 20 at most, until it leaves what it touches.
+//
+// What starts deep in something has as much slack. Slack goes in 0.1 s, and where there is more, at
+//   slack_speed(b) = sqrt(g b)
+// What follows it is braked by half of gravity: it comes out without a hop.
 //
 // What stops a mass within a step is stiffer in shorter steps. A point that touched before, in a
 // longer step, starts with the push and the friction that it had then, lest it is thrown out:
@@ -93,9 +97,8 @@ template <class A, class B> bool in_order(const A& a, const B& b)
     return std::tie(a.point, a.other) < std::tie(b.point, b.other);
 }
 
-// The speed at which what is deep in a body of cubes of this size (m) comes out: that of a fall by
-// half a cube, m/s.
-double slack_speed(double size);
+// The speed (m/s) at which what is `way` (m) deep comes out: that of a fall by half of it.
+double slack_speed(double way);
 
 // All of some lists, in_order().
 std::vector<PlaneTouch> put_in_order(const std::vector<std::vector<PlaneTouch>>& lists);
@@ -144,17 +147,25 @@ double deepest_of(const std::vector<Grip>& grips);
 struct StepEnd {
     const double* x0;
     const double* x1;
-    double dt = 0;       // s
-    double late = 0;     // s, that x1 is later than the planes
-    double near = 0;     // m
-    double deep = 0;     // sizes of the touch, that what rests is to be no deeper than
-    bool solid = false;  // what touches is no sheet: slack of many sizes goes by slack_speed()
+    double dt = 0;    // s
+    double late = 0;  // s, that x1 is later than the planes
+    double near = 0;  // m
+    double deep = 0;  // sizes of the touch, that what rests is to be no deeper than
 };
 // The grip of each touch whose gap at the end is below `near`: stretched where it is below 0.
 std::vector<Grip> grips_of(const std::vector<PlaneTouch>& touches, const StepEnd& end);
+// The time in which slack goes. It is that of the step that begins, not of the one before: what
+// comes out goes as fast where steps become shorter.
+struct SlackTime {
+    double dt = 0;       // s
+    bool solid = false;  // what touches is no sheet
+};
+// What is left of it when that has gone, m. `size` is that of the touch.
+double slack_left(double slack, double size, SlackTime time);
 // Gives touches the stretch, firmness and slack that they have among `grips`, for the stiffness of
 // this step.
-void take_grips(std::vector<PlaneTouch>& touches, const std::vector<Grip>& grips);
+void take_grips(std::vector<PlaneTouch>& touches, const std::vector<Grip>& grips,
+                SlackTime time = {});
 
 // Adds those found that are of other points. Both are in_order(), as is the result. Returns whether
 // one that is new is deeper than `much` (m) at x.

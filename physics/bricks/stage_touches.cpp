@@ -42,6 +42,11 @@ void stop_rigid(const Stage& stage, std::vector<PlaneTouch>& found)
     }
 }
 
+SlackTime time_of_slack(const Stage& stage)
+{
+    return {stage.tau, !has_sheets(stage.frame.body)};
+}
+
 // A point of what is soft may be found deeper in something than it was when the last step ended, or
 // deep in what it did not touch then. It leaves by that depth within a step: the faster, the
 // shorter that is. In eighths of a step, which gained energy when they were longer, it comes out at
@@ -60,9 +65,7 @@ void catch_late(const Stage& stage, std::vector<PlaneTouch>& found)
     const bool late = stage.halvings >= often;
     if (!late && (stage.rigid.none() || !(share < 1))) return;
     for (PlaneTouch& touch : found) {
-        const double depth =
-            -touch.gap(stage.began.data()) - stage.tau * touch.drift.dot(touch.normal);
-        const double deeper = depth - std::max(touch.began, touch.slack);
+        const double deeper = depth_at_start(stage, touch) - std::max(touch.began, touch.slack);
         if (between_rigid(stage, touch)) {
             touch.slack += std::max(0.0, (1 - share) * deeper);
             continue;
@@ -89,7 +92,7 @@ std::vector<PlaneTouch> find_holds(const Stage& stage, const Aligned<double>& x)
         found = put_in_order({found, find_solid_points(body, step)});
     }
     stop_rigid(stage, found);
-    take_grips(found, stage.held);
+    take_grips(found, stage.held, time_of_slack(stage));
     if (!body.sheets) catch_late(stage, found);
     return found;
 }
@@ -156,7 +159,7 @@ bool find_part_touches(Stage& stage, double much)
                                    stage.tau, Look::back, stage.touches);
     if (found.empty()) return false;
     stop_rigid(stage, found);
-    take_grips(found, stage.grips);
+    take_grips(found, stage.grips, time_of_slack(stage));
     catch_late(stage, found);
     return add_found(stage.touches, found, stage.x.data(), much);
 }
@@ -188,17 +191,17 @@ std::vector<PlaneTouch> look_at_sheets(Stage& stage, const Aligned<double>& x,
     stage.sheets_at = x;
     auto found = find_sheet_touches(stage.frame.body,
                                     {stage.began.data(), x.data(), stage.tau, stage.grips}, known);
-    take_grips(found, stage.grips);
+    take_grips(found, stage.grips, time_of_slack(stage));
     return found;
 }
 
-// A shot may begin with the middle of a sheet on a collider: it is not thrown out.
-void lay_sheets(Stage& stage)
+// A shot may begin with bodies that are a bit inside each other or colliders, or with the middle of
+// a sheet on a collider: they come out slowly, and are not thrown out.
+void lay_down(const Stage& stage, const std::vector<Grip>& grips, std::vector<PlaneTouch>& touches)
 {
-    for (PlaneTouch& touch : stage.holds) {
-        if (find_grip(stage.held, touch.point, touch.other)) continue;
-        const double deep = -touch.gap(stage.x0.data());
-        touch.slack = std::clamp(deep, 0.0, stage.frame.body.skin.thickest);
+    for (PlaneTouch& touch : touches) {
+        if (find_grip(grips, touch.point, touch.other)) continue;
+        touch.slack = std::max(0.0, depth_at_start(stage, touch));
     }
 }
 
@@ -212,7 +215,9 @@ void start_sheets(Stage& stage)
         const double deep = -touch.gap(stage.x0.data());
         if (!(deep > 0) || find_grip(stage.grips, touch.point, touch.other)) continue;
         const Grip* const beside = grip_beside(stage.frame.body, stage.grips, touch);
-        touch.slack = std::min(deep, beside ? double(beside->slack) : touch.size);
+        const double known =
+            beside ? slack_left(double(beside->slack), touch.size, time_of_slack(stage)) : 0;
+        touch.slack = std::min(deep, beside ? known : touch.size);
     }
     stage.touches.insert(stage.touches.end(), found.begin(), found.end());
 }
@@ -258,11 +263,17 @@ bool find_sheets(Stage& stage, Known known)
 
 }  // namespace
 
+double depth_at_start(const Stage& stage, const PlaneTouch& touch)
+{
+    return -touch.gap(stage.began.data()) - stage.tau * touch.drift.dot(touch.normal);
+}
+
 void start_stage(Stage& stage, const Aligned<double>& x0, const Aligned<double>& v0, double tau,
                  double share)
 {
     const StepFrame& frame = stage.frame;
     const Loads& loads = frame.loads;
+    const bool lays = frame.first && !frame.options.leaps;
     stage.tau = tau;
     stage.share = share;
     stage.began = stage.x0 = x0, stage.began_v = stage.v0 = v0;
@@ -291,8 +302,9 @@ void start_stage(Stage& stage, const Aligned<double>& x0, const Aligned<double>&
         stage.touches = find_part_touches(*frame.body.shapes, stage.near, x0.data(), v0.data(), tau,
                                           Look::ahead);
         stop_rigid(stage, stage.touches);
-        take_grips(stage.touches, stage.grips);
+        take_grips(stage.touches, stage.grips, time_of_slack(stage));
         catch_late(stage, stage.touches);
+        if (lays) lay_down(stage, stage.grips, stage.touches);
     }
     if (frame.body.solids) {
         pose_solids(frame.body, nullptr, x0.data(), tau, stage.solids, stage.colliders);
@@ -302,7 +314,7 @@ void start_stage(Stage& stage, const Aligned<double>& x0, const Aligned<double>&
     if (!stage.colliders.empty()) {
         stage.w.assign(frame.n, 0);
         stage.holds = find_holds(stage, x0);
-        if (frame.first) lay_sheets(stage);
+        if (lays) lay_down(stage, stage.held, stage.holds);
     }
     aim_bounces(stage);
     stage.holds_at = x0;

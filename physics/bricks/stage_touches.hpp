@@ -13,6 +13,9 @@ namespace physics {
 void start_stage(Stage& stage, const Aligned<double>& x0, const Aligned<double>& v0, double tau,
                  double share);
 
+// How deep a point was where the stage began, in what it touches as that was then, m.
+double depth_at_start(const Stage& stage, const PlaneTouch& touch);
+
 // What a stage has found that it touches, and where it looked for that.
 struct FoundTouches {
     std::vector<PlaneTouch> touches, holds;

@@ -4,6 +4,7 @@
 #include "geometry/base/union_find.hpp"
 #include "physics/bricks/free_parts.hpp"
 #include "physics/bricks/held_corners.hpp"
+#include "physics/bricks/stage_touches.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -171,6 +172,23 @@ bool presses_parts(const Stage& stage)
     return std::any_of(pressed.begin(), pressed.end(), [](auto p) { return p != 0; });
 }
 
+// What slack lets out in the stage (plane_touch.hpp) rises, and gets its speed, J. What comes out
+// faster was driven in.
+double let_out(const Stage& stage, double mass)
+{
+    double way = 0;  // m
+    for (const auto* touches : {&stage.touches, &stage.holds}) {
+        for (const PlaneTouch& touch : *touches) {
+            if (!(touch.slack > 0 && touch.depth(stage.x.data()) > 0)) continue;
+            const double deep = depth_at_start(stage, touch), out = deep - touch.slack;
+            const bool driven_in = out > 2 * stage.tau * slack_speed(deep);
+            if (!driven_in) way = std::max(way, out);
+        }
+    }
+    const double speed = way / stage.tau;
+    return way * weight(stage.frame) + mass * speed * speed;
+}
+
 }  // namespace
 
 double gained_by_touching(Stage& stage, const Aligned<double>& x, const Aligned<double>& v,
@@ -190,7 +208,7 @@ double gained_by_touching(Stage& stage, const Aligned<double>& x, const Aligned<
     const double mass = std::accumulate(frame.part_mass.begin(), frame.part_mass.end(), 0.0);
     const bool may_rest = has_sheets(frame.body) || !stage.rigid.none();
     const double rising = stage.rigid.none() ? 0 : risen * frame.body.h * weight(frame);
-    const double least = may_rest ? 0.5 * mass * slow * slow + rising : 0;
+    const double least = (may_rest ? 0.5 * mass * slow * slow + rising : 0) + let_out(stage, mass);
     return gain > std::max(least, little * (stored + moving)) ? gain : 0;
 }
 

@@ -116,7 +116,6 @@ void keep(FrameStep& step, const Before& before, double begin, double end)
     step.record.violent |= before.record.violent;
     StepEnd at{before.now.x.data(), step.now.x.data(), (end - begin) * step.frame.seconds};
     const CornerBody& body = step.frame.body;
-    at.solid = !has_sheets(body);
     at.deep = body.sheets ? deep_sheet_at_rest : deep_at_rest;
     step.stage.grips = grips_of(step.stage.touches, at);
     // The side of a sheet is not told by a plane alone: the next step may lead over a crease.

@@ -95,11 +95,38 @@ TEST(FirmContact, MakesNoEnergyWhereItRises)
     EXPECT_NEAR(touches[0].slack, slack, 1e-12);
     StepEnd end{begin.data(), begin.data(), 0.05};
     const auto grips = grips_of(touches, end);
-    EXPECT_NEAR(double(grips[0].slack), slack * std::exp(-0.5), 1e-9);
-    take_grips(touches, grips);
-    EXPECT_EQ(touches[0].slack, double(grips[0].slack));
+    EXPECT_NEAR(double(grips[0].slack), slack, 1e-9);
+    take_grips(touches, grips, {.dt = 0.05});
+    EXPECT_NEAR(touches[0].slack, slack * std::exp(-0.5), 1e-9);
     touches[0].offset = 0.0001, end.near = 0.001;
     EXPECT_EQ(grips_of(touches, end)[0].slack, 0);  // apart, it is forgotten
+}
+
+// Slack s goes at sqrt(g s), which brakes what comes out by g / 2: it leaves s = 0 after
+// 2 sqrt(s / g), in steps of any length. Where little is left, it goes in 0.1 s.
+TEST(FirmContact, LetsOutWhatIsDeepByHalfOfGravity)
+{
+    const auto after = [](double slack, double seconds, int steps, bool solid) {
+        Grip grip;
+        grip.depth = 0.3F, grip.slack = static_cast<float>(slack);
+        std::vector<PlaneTouch> touches{touch_at(0.3)};
+        for (int i = 0; i < steps; ++i) {
+            take_grips(touches, {grip}, {.dt = seconds / steps, .solid = solid});
+            grip.slack = static_cast<float>(touches[0].slack);
+        }
+        return double(grip.slack);
+    };
+    const auto left = [](double slack, double seconds) {
+        const double root = std::sqrt(slack) - 0.5 * seconds * std::sqrt(9.81);
+        return root * root;
+    };
+    for (const int steps : {1, 2, 16}) {
+        EXPECT_NEAR(after(0.08, 0.1, steps, true), left(0.08, 0.1), 1e-7);
+        EXPECT_NEAR(after(0.25, 0.05, steps, false), left(0.25, 0.05), 1e-7);
+        EXPECT_NEAR(after(0.08, 0.1, steps, false), 0.08 * std::exp(-1.0), 1e-7);
+        EXPECT_NEAR(after(0.004, 0.1, steps, true), 0.004 * std::exp(-1.0), 1e-7);
+    }
+    EXPECT_NEAR(after(0.08, 1, 1, true), 0.05 * cube_edge, 1e-9);
 }
 
 TEST(FirmContact, StaysWhereAPlaneIsFoundAnewAndRisesNoFurther)

@@ -282,6 +282,28 @@ TEST(Shell, StartsOnAFloorWithoutAHop)
     for (const Vec3& x : state.x) EXPECT_NEAR(x.y(), 0.025, 5e-4);
 }
 
+// 5 mm and more below it likewise, however many steps a frame has.
+TEST(Shell, ComesOutOfAFloorWithoutAHop)
+{
+    const ShellBody body = make_shell(sheet(6, 6, 0.05, 0.002, 0.3, 1e6, 300));
+    Loads loads;
+    loads.forces = {weight({0, -9.81, 0})};
+    loads.colliders.resize(1);
+    for (const double deep : {0.005, 0.05}) {
+        for (const int substeps : {0, 1, 8}) {
+            State state = rest_state(body);
+            for (Vec3& x : state.x) x.y() -= deep;
+            double highest = 0;
+            for (int i = 0; i < 36; ++i) {
+                state = advance(body, state, loads, 1.0 / 24, {.substeps = substeps});
+                for (const Vec3& x : state.x) highest = std::max(highest, x.y());
+            }
+            EXPECT_LT(highest, 0.0015) << deep << substeps;
+            for (const Vec3& x : state.x) EXPECT_NEAR(x.y(), 0.001, 1e-4) << deep << substeps;
+        }
+    }
+}
+
 TEST(Shell, LiesOnAFloorAtHalfOfItsThickness)
 {
     const Cubes thin = sheet(4, 4, 0.1, 0.004), thick = sheet(4, 4, 0.1, 0.03);
