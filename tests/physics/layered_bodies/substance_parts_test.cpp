@@ -33,7 +33,7 @@ LayeredScene row(std::size_t count, double apart, const std::vector<geometry::Bl
     return start({part});
 }
 
-LayeredScene after(LayeredScene scene, int frames)
+LayeredScene frames_later(LayeredScene scene, int frames)
 {
     for (int i = 0; i < frames; ++i) {
         scene = advance(scene, scene.parts, weightless, 1.0 / 24, 1);
@@ -47,7 +47,7 @@ LayeredScene after(LayeredScene scene, int frames)
 TEST(SubstanceParts, LinksOfTheDesignKeepTheirWeight)
 {
     const std::vector<geometry::BlendLink> drawn{{1, 0, 0.3}, {1, 2, 1}, {2, 3, 0}};
-    const LayeredScene scene = after(row(4, 0.17, drawn, 1e30), 24);
+    const LayeredScene scene = frames_later(row(4, 0.17, drawn, 1e30), 24);
     const LayeredState& state = scene.states[0];
     ASSERT_EQ(state.links.size(), 3u);
     for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(state.links[i].weight, drawn[i].weight) << i;
@@ -59,8 +59,8 @@ TEST(SubstanceParts, PressureMakesLinksOfTheDesignGrowToo)
 {
     const std::vector<geometry::BlendLink> collides{{0, 1, 0}};
     for (const auto& links : {collides, {}}) {
-        EXPECT_EQ(piece_count(after(row(2, 0.16, links, 100), 1)), 2u);
-        EXPECT_EQ(piece_count(after(row(2, 0.16, links, 100), 12)), 1u);
+        EXPECT_EQ(piece_count(frames_later(row(2, 0.16, links, 100), 1)), 2u);
+        EXPECT_EQ(piece_count(frames_later(row(2, 0.16, links, 100), 12)), 1u);
     }
 }
 
