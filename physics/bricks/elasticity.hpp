@@ -97,6 +97,11 @@ public:
     virtual bool targets_move() const { return false; }
     // Then, m: of each of HeldMatter::corner; empty where nothing is held.
     virtual std::vector<geometry::Vec3> targets(double) const { return {}; }
+    // The forces on these then, N, as PinPaths tells them at the end of the frame.
+    virtual std::vector<geometry::Vec3> at_end(std::vector<geometry::Vec3> forces, double) const
+    {
+        return forces;
+    }
 
     // What a state keeps so that the next one starts from there: State::rotation.
     virtual std::vector<float> rotations() const { return {}; }

@@ -1,5 +1,6 @@
 #include "physics/bricks/holding_elasticity.hpp"
 
+#include "geometry/base/no_index.hpp"
 #include "physics/state/hold_matter.hpp"
 
 #include <algorithm>
@@ -20,13 +21,25 @@ template <class T> void times(const T stiffness[8][8], const T u[8][4], T out[8]
     }
 }
 
+// Of each corner that is held, the part that is, if springs hold it along all axes.
+std::vector<std::uint32_t> parts_held(const CornerBody& body, const HeldMatter& matter)
+{
+    std::vector<std::uint32_t> out(matter.corner.size(), geometry::no_index);
+    for (const HeldCube& cube : matter.cubes) {
+        if (cube.axes != all_axes) continue;
+        for (const auto at : cube.corner) out[at] = body.part_of(body.slot_of(matter.corner[at]));
+    }
+    return out;
+}
+
 }  // namespace
 
 HoldingElasticity::HoldingElasticity(const CornerBody& body, Elasticity& method,
                                      const HeldMatter& matter, std::vector<Vec3> from)
-    : method_(method), matter_(matter), from_(std::move(from)), target_(matter.target)
+    : method_(method), matter_(matter),
+      paths_(std::move(from), matter.target, parts_held(body, matter), body.h),
+      target_(matter.target)
 {
-    moves_ = from_ != target_;
     for (const HeldCube& cube : matter.cubes) {
         auto& at = at_.emplace_back();
         Spring<double> spring;
@@ -51,10 +64,8 @@ void HoldingElasticity::at_share(double share)
 
 std::vector<Vec3> HoldingElasticity::targets(double share) const
 {
-    std::vector<Vec3> out = matter_.target;
-    for (std::size_t i = 0; i < out.size() && share != 1; ++i) {
-        out[i] = from_[i] + share * (out[i] - from_[i]);
-    }
+    std::vector<Vec3> out;
+    for (std::size_t i = 0; i < paths_.count(); ++i) out.push_back(paths_.at(i, share));
     return out;
 }
 

@@ -6,8 +6,11 @@
 
 #include "physics/body/corner_body.hpp"
 #include "physics/bricks/elasticity.hpp"
+#include "physics/bricks/pin_paths.hpp"
 #include "physics/math/aligned_memory.hpp"
 #include "physics/state/state.hpp"
+
+#include <utility>
 
 namespace physics {
 
@@ -64,8 +67,12 @@ public:
     }
     bool may_flow() const override { return method_.may_flow(); }
     double flow(const double* x, double dt, Flow how) override { return method_.flow(x, dt, how); }
-    bool targets_move() const override { return moves_; }
+    bool targets_move() const override { return paths_.move(); }
     std::vector<Vec3> targets(double share) const override;
+    std::vector<Vec3> at_end(std::vector<Vec3> forces, double share) const override
+    {
+        return paths_.at_end(std::move(forces), share);
+    }
     void at_share(double share) override;
 
 private:
@@ -80,9 +87,8 @@ private:
 
     Elasticity& method_;
     const HeldMatter& matter_;
-    std::vector<Vec3> from_;
-    std::vector<Vec3> target_;  // m, now
-    bool moves_ = false;
+    PinPaths paths_;                                // of its targets
+    std::vector<Vec3> target_;                      // m, now
     std::vector<std::array<std::uint32_t, 8>> at_;  // of each cube, first numbers in vectors
     std::vector<Spring<double>> springs_;
     std::vector<Spring<float>> springs_low_;

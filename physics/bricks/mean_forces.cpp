@@ -6,23 +6,29 @@
 #include <utility>
 
 namespace physics {
+namespace {
+
+void add(std::vector<Vec3>& sum, const std::vector<Vec3>& some, double share)
+{
+    sum.resize(some.size(), Vec3::Zero());
+    for (std::size_t i = 0; i < some.size(); ++i) sum[i] += share * some[i];
+}
+
+}  // namespace
 
 void add_pins(MeanForces& mean, const Stage& stage, const StepRecord& record,
               const Aligned<double>& x, double begin, double end)
 {
     const double share = end - begin;
-    mean.reaction.resize(record.reaction.size(), Vec3::Zero());
-    for (std::size_t p = 0; p < record.reaction.size(); ++p) {
-        mean.reaction[p] += share * record.reaction[p];
-    }
+    add(mean.reaction, stage.frame.pin_paths.at_end(record.reaction, end), share);
     const HeldMatter& matter = stage.frame.loads.pins.matter;
     if (matter.cubes.empty()) return;
-    const std::vector<Vec3> target = stage.elasticity.targets(end);
-    mean.off.resize(target.size(), Vec3::Zero());
-    for (std::size_t i = 0; i < target.size(); ++i) {
+    std::vector<Vec3> off = stage.elasticity.targets(end);
+    for (std::size_t i = 0; i < off.size(); ++i) {
         const std::size_t at = 4 * stage.frame.body.slot_of(matter.corner[i]);
-        mean.off[i] += share * (target[i] - Vec3(x[at], x[at + 1], x[at + 2]));
+        off[i] -= Vec3(x[at], x[at + 1], x[at + 2]);
     }
+    add(mean.held, stage.elasticity.at_end(forces_of(matter, off), end), share);
 }
 
 namespace {
@@ -36,7 +42,7 @@ Grip force_alone(const Grip& of)
     return out;
 }
 
-void add(std::vector<Grip>& sum, const std::vector<Grip>& grips, double share)
+void add_forces(std::vector<Grip>& sum, const std::vector<Grip>& grips, double share)
 {
     std::vector<Grip> out;
     out.reserve(sum.size() + grips.size());
@@ -55,8 +61,8 @@ void add(std::vector<Grip>& sum, const std::vector<Grip>& grips, double share)
 
 void add_touches(MeanForces& mean, const Stage& stage, double begin, double end)
 {
-    add(mean.grips, stage.grips, end - begin);
-    add(mean.holds, stage.held, end - begin);
+    add_forces(mean.grips, stage.grips, end - begin);
+    add_forces(mean.holds, stage.held, end - begin);
 }
 
 void tell_pins(const MeanForces& mean, const Pins& pins, State& state)
@@ -70,9 +76,8 @@ void tell_pins(const MeanForces& mean, const Pins& pins, State& state)
     state.held_forces.clear();
     if (matter.cubes.empty()) return;
     state.held = matter.target;
-    std::vector<Vec3> off = mean.off;
-    off.resize(matter.target.size(), Vec3::Zero());
-    const std::vector<Vec3> forces = forces_of(matter, off);
+    std::vector<Vec3> forces = mean.held;
+    forces.resize(matter.corner.size(), Vec3::Zero());
     for (std::size_t i = 0; i < forces.size(); ++i) {
         state.held_forces.push_back({matter.corner[i], forces[i].cast<float>()});
     }

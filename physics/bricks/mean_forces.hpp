@@ -7,6 +7,7 @@
 // alone, whose forces are the higher the more steps the frame has, and those of the last step know
 // nothing of it. The mean is what changes the momentum within the frame:
 //   sum dt_i f_i / sum dt_i
+// What pins that turn push against each other turns with them in it (pin_paths.hpp).
 
 #include "physics/bricks/stage.hpp"
 
@@ -16,7 +17,7 @@ namespace physics {
 
 struct MeanForces {
     std::vector<Vec3> reaction;      // N, of each pin
-    std::vector<Vec3> off;           // H, m, from where springs hold the material to their targets
+    std::vector<Vec3> held;          // H, N, of springs that hold the material
     std::vector<Grip> grips, holds;  // in_order(); point, other, corners and force alone
 };
 

@@ -63,9 +63,7 @@ std::map<std::uint32_t, PinsOfPart> pinned(const Stage& stage)
         PinsOfPart& of = out[part];
         of.slot.push_back(slot);
         of.from.emplace_back(Eigen::Map<const Vec3>(&stage.x0[4 * slot]));
-        of.to.emplace_back(pin_target(frame, p, 0, stage.share),
-                           pin_target(frame, p, 1, stage.share),
-                           pin_target(frame, p, 2, stage.share));
+        of.to.push_back(frame.pin_paths.at(p, stage.share));
     }
     if (!driven) return out;
     const auto to = stage.elasticity.targets(stage.share);

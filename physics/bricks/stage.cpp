@@ -1,5 +1,6 @@
 #include "physics/bricks/stage.hpp"
 
+#include "geometry/base/no_index.hpp"
 #include "geometry/mesh/same_triangles.hpp"
 #include "physics/body/external_forces.hpp"
 
@@ -41,6 +42,21 @@ void StepFrame::use_forces()
     for (const Force& f : forces) windy |= f.kind == Force::Kind::wind;
 }
 
+void StepFrame::start_at(const Aligned<double>& x)
+{
+    start = x;
+    const Pins& pins = loads.pins;
+    std::vector<Vec3> from;
+    std::vector<std::uint32_t> group;
+    for (std::size_t p = 0; p < pins.corner.size(); ++p) {
+        const std::size_t slot = body.slot_of(pins.corner[p]);
+        from.emplace_back(Eigen::Map<const Vec3>(&x[4 * slot]));
+        const bool whole = held_axes(pins, p) == all_axes;
+        group.push_back(whole ? body.part_of(slot) : geometry::no_index);
+    }
+    pin_paths = PinPaths(std::move(from), pins.target, group, body.h);
+}
+
 void StepFrame::take_forces(double share)
 {
     if (share == forces_at || !any_change(loads.forces)) return;
@@ -55,14 +71,6 @@ Stage::Stage(const StepFrame& its_frame, Elasticity& its_elasticity)
     for (Aligned<double>* v : {&w, &x, &wind, &drag, &r, &delta, &jump}) v->assign(frame.n, 0);
     force.assign(elasticity.room(), 0);
     product.assign(elasticity.room(), 0);
-}
-
-double pin_target(const StepFrame& frame, std::size_t pin, std::size_t axis, double share)
-{
-    const Pins& pins = frame.loads.pins;
-    const double from = frame.start[4 * frame.body.slot_of(pins.corner[pin]) + axis];
-    const double to = pins.target[pin][static_cast<Eigen::Index>(axis)];
-    return share == 1 ? to : from + share * (to - from);
 }
 
 namespace {
@@ -88,7 +96,8 @@ bool pins_stay(const Stage& stage)
     const StepFrame& frame = stage.frame;
     bool stay = !stage.elasticity.targets_move();
     for_held_axes(frame, [&](std::size_t pin, std::size_t axis, std::size_t number) {
-        stay = stay && pin_target(frame, pin, axis, 1) == frame.start[number];
+        const double to = frame.loads.pins.target[pin][static_cast<Eigen::Index>(axis)];
+        stay = stay && to == frame.start[number];
     });
     return stay;
 }

@@ -20,6 +20,7 @@
 #include "physics/body/part_contact.hpp"
 #include "physics/body/posed_solids.hpp"
 #include "physics/bricks/elasticity.hpp"
+#include "physics/bricks/pin_paths.hpp"
 #include "physics/bricks/rigid_bodies.hpp"
 #include "physics/math/aligned_memory.hpp"
 #include "physics/state/loads.hpp"
@@ -33,10 +34,12 @@ namespace physics {
 // What stays as it is while a frame is stepped. Vectors hold four numbers a slot, the fourth 0.
 struct StepFrame {
     StepFrame(const CornerBody& body, const Loads& loads, double seconds,
-              const StepOptions& options);  // `start` is left empty
+              const StepOptions& options);  // not started
     StepFrame(const StepFrame&) = delete;   // `following` points into `forces`
     StepFrame& operator=(const StepFrame&) = delete;
 
+    // Begins where corners are at x.
+    void start_at(const Aligned<double>& x);
     // Takes forces as they are at a share of the frame. They start as at its end.
     void take_forces(double share);
 
@@ -47,6 +50,7 @@ struct StepFrame {
 
     std::size_t n;              // numbers in a vector
     Aligned<double> start;      // m, x at the start of the frame
+    PinPaths pin_paths;         // of each pin, from there
     std::vector<Force> forces;  // of the loads, at `forces_at` of the frame
     double forces_at = 1;
     Aligned<double> steady;  // N, gravity and point forces of these that do not follow
@@ -126,9 +130,6 @@ template <class Visit> void for_held_axes(const StepFrame& frame, const Visit& v
         }
     }
 }
-// Where pin `pin` is on an axis when a share of the frame has gone by, m.
-double pin_target(const StepFrame& frame, std::size_t pin, std::size_t axis, double share);
-
 // Whether no pin, or no collider, moves in the frame. Meshes are compared by what is in them:
 // whether a cook made one once or for each frame must not show.
 bool pins_stay(const Stage& stage);

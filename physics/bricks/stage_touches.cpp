@@ -322,7 +322,8 @@ void start_stage(Stage& stage, const Aligned<double>& x0, const Aligned<double>&
     stage.looked.assign(stage.near.size(), 0);
     stage.w = v0;
     for_held_axes(frame, [&](std::size_t pin, std::size_t axis, std::size_t number) {
-        stage.w[number] = (pin_target(frame, pin, axis, share) - x0[number]) / tau;
+        const double to = frame.pin_paths.at(pin, share)[static_cast<Eigen::Index>(axis)];
+        stage.w[number] = (to - x0[number]) / tau;
     });
 }
 

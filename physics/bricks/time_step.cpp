@@ -30,8 +30,9 @@ namespace {
 void place_pins(const StepFrame& frame, double share, Motion& now)
 {
     for_held_axes(frame, [&](std::size_t pin, std::size_t axis, std::size_t number) {
-        now.x[number] = pin_target(frame, pin, axis, share);
-        now.v[number] = (pin_target(frame, pin, axis, 1) - frame.start[number]) / frame.seconds;
+        const auto a = static_cast<Eigen::Index>(axis);
+        now.x[number] = frame.pin_paths.at(pin, share)[a];
+        now.v[number] = frame.pin_paths.velocity(pin, share)[a] / frame.seconds;
     });
 }
 
@@ -312,7 +313,7 @@ State advance_all(const CornerBody& body, Elasticity& elasticity, State state, c
     step.stage.rigid.straighten(step.now.x.data(), step.now.v.data());
     step.stage.grips = without_those_gone(state.grips);
     step.stage.held = without_those_gone(state.holds);
-    frame.start = step.now.x;
+    frame.start_at(step.now.x);
     frame.first = state.time == 0;
     if (sleeps(step, state)) return slept_through(std::move(state), step, dt);
     if (options.integrator == Integrator::implicit_midpoint) {

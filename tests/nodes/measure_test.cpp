@@ -111,6 +111,38 @@ TEST(Measure, ForcesOfPinsAreThoseOfAllStepsOfAFrame)
     }
 }
 
+// A bar of 10 kg and 1 m that pins turn about its middle, 30 degrees a frame: I w^2 / 2 = 66.455 J,
+// and nothing that keeps it turning. Along chords its pins moved slower than they turn.
+TEST(Measure, OfABarThatPinsTurnIsTheEnergyThatItTurnsWith)
+{
+    for (const char* const hold : {"corners", "points"}) {
+        for (const char* const rigid : {"true", "false"}) {
+            for (const int substeps : {1, 4, 8}) {
+                Scene scene(
+                    R"("box": { "type": "Primitive@1", "params": { "shape": "box",
+                               "box": { "size": [1, 0.1, 0.1] } } },
+        "cubes": { "type": "Voxelize@1", "inputs": { "mesh": "box.mesh" }, "params": {
+                   "method": "solid", "size": 0.05, "matter": { "density": 1000, "young": 1e7 } } })" +
+                    fmt::format(R"(,
+        "pin": {{ "type": "Pin@1", "inputs": {{ "cubes": "cubes.cubes" }}, "params": {{
+                  "hold": "{}", "where": "box", "box": {{ "size": [0.4, 1, 1] }},
+                  "rotate_degrees": [0, "=30 * frame - 30", 0] }} }},
+        "sim": {{ "type": "Simulate@3", "inputs": {{ "cubes": "cubes.cubes",
+                  "surface": "box.mesh", "pins": ["pin.pins"] }}, "params": {{
+                  "gravity": [0, 0, 0], "bodies": [{{ "rigid": {} }}],
+                  "step": {{ "substeps": {} }} }} }})",
+                                hold, rigid, substeps) +
+                    measured("kinetic_energy", R"(, "cubes": "cubes.cubes")", "") +
+                    measured("reaction_torque", "", R"(, "direction": [0, 1, 0])"));
+                const double energy = *scene.at<double>("kinetic_energy", 13);
+                const double torque = *scene.at<double>("reaction_torque", 13);
+                EXPECT_NEAR(energy, 66.455, 0.3) << hold << rigid << substeps;
+                EXPECT_NEAR(torque, 0, 1) << hold << rigid << substeps;
+            }
+        }
+    }
+}
+
 // Two pins hold the same points, along y and along x and z. Weight and a wind along x, as gravity
 // has them, are told apart.
 TEST(Measure, ForcesOfPinsOfTheSamePointsAreToldApart)

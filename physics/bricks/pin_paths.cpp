@@ -1,0 +1,120 @@
+#include "physics/bricks/pin_paths.hpp"
+
+#include "geometry/base/no_index.hpp"
+
+#include <Eigen/Geometry>
+#include <Eigen/SVD>
+
+#include <algorithm>
+#include <map>
+#include <optional>
+#include <utility>
+
+namespace physics {
+namespace {
+
+using geometry::Mat3;
+using geometry::no_index;
+
+// The turn that takes arms nearest to others; none where they lie on a line, which leaves it open.
+std::optional<Eigen::AngleAxisd> nearest_turn(const std::vector<Vec3>& from,
+                                              const std::vector<Vec3>& to, double edge)
+{
+    constexpr double least = 1e-3;  // cubes, of arms beside a line
+    Mat3 sum = Mat3::Zero();
+    for (std::size_t i = 0; i < from.size(); ++i) sum += to[i] * from[i].transpose();
+    const Eigen::JacobiSVD<Mat3> svd(sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    const auto count = static_cast<double>(from.size());
+    if (!(svd.singularValues()[1] > count * least * least * edge * edge)) return std::nullopt;
+    Mat3 u = svd.matrixU();
+    if ((u * svd.matrixV().transpose()).determinant() < 0) u.col(2) = -u.col(2);
+    return Eigen::AngleAxisd(Mat3(u * svd.matrixV().transpose()));
+}
+
+Vec3 middle_of_points(const std::vector<Vec3>& all, const std::vector<std::size_t>& points)
+{
+    Vec3 sum = Vec3::Zero();
+    for (const auto i : points) sum += all[i];
+    return sum / static_cast<double>(points.size());
+}
+
+}  // namespace
+
+PinPaths::PinPaths(std::vector<Vec3> from, std::vector<Vec3> to,
+                   const std::vector<std::uint32_t>& group, double edge)
+    : from_(std::move(from)), to_(std::move(to))
+{
+    constexpr double least = 1e-6;   // rad
+    constexpr double nearly = 1e-3;  // cubes, that what moves as a rigid body may be off
+    if (!move()) return;
+    std::map<std::uint32_t, std::vector<std::size_t>> groups;
+    for (std::size_t i = 0; i < group.size(); ++i) {
+        if (group[i] != no_index) groups[group[i]].push_back(i);
+    }
+    for (const auto& [part, points] : groups) {
+        Turn turn{middle_of_points(from_, points), middle_of_points(to_, points)};
+        std::vector<Vec3> before, now;
+        for (const auto i : points) {
+            before.emplace_back(from_[i] - turn.from);
+            now.emplace_back(to_[i] - turn.to);
+        }
+        const auto by = nearest_turn(before, now, edge);
+        if (!by || !(by->angle() > least)) continue;
+        double off = 0;
+        for (std::size_t i = 0; i < points.size(); ++i) {
+            off = std::max(off, (now[i] - *by * before[i]).norm());
+        }
+        if (!(off < nearly * edge)) continue;
+        turn.axis = by->axis(), turn.angle = by->angle();
+        turn_.resize(from_.size(), no_index);
+        for (const auto i : points) turn_[i] = static_cast<std::uint32_t>(turns_.size());
+        turns_.push_back(turn);
+    }
+}
+
+Vec3 PinPaths::arm(const Turn& turn, std::size_t point, double share) const
+{
+    return Eigen::AngleAxisd(share * turn.angle, turn.axis) * Vec3(from_[point] - turn.from);
+}
+
+Vec3 PinPaths::at(std::size_t point, double share) const
+{
+    const Vec3 &from = from_[point], &to = to_[point];
+    if (share == 1) return to;
+    if (turn_.empty() || turn_[point] == no_index) return from + share * (to - from);
+    const Turn& turn = turns_[turn_[point]];
+    const Vec3 left = to - turn.to - arm(turn, point, 1);
+    return turn.from + share * (turn.to - turn.from) + arm(turn, point, share) + share * left;
+}
+
+Vec3 PinPaths::velocity(std::size_t point, double share) const
+{
+    const Vec3 &from = from_[point], &to = to_[point];
+    if (turn_.empty() || turn_[point] == no_index) return to - from;
+    const Turn& turn = turns_[turn_[point]];
+    const Vec3 left = to - turn.to - arm(turn, point, 1);
+    const Vec3 turning = turn.angle * turn.axis.cross(arm(turn, point, share));
+    return turn.to - turn.from + turning + left;
+}
+
+std::vector<Vec3> PinPaths::at_end(std::vector<Vec3> forces, double share) const
+{
+    if (turns_.empty() || share == 1) return forces;
+    std::vector<Vec3> mean(turns_.size(), Vec3::Zero());
+    std::vector<double> count(turns_.size(), 0);
+    for (std::size_t i = 0; i < forces.size(); ++i) {
+        if (turn_[i] == no_index) continue;
+        mean[turn_[i]] += forces[i];
+        count[turn_[i]] += 1;
+    }
+    for (std::size_t t = 0; t < turns_.size(); ++t) mean[t] /= count[t];
+    for (std::size_t i = 0; i < forces.size(); ++i) {
+        if (turn_[i] == no_index) continue;
+        const Turn& turn = turns_[turn_[i]];
+        const Vec3 own = forces[i] - mean[turn_[i]];
+        forces[i] = mean[turn_[i]] + Eigen::AngleAxisd((1 - share) * turn.angle, turn.axis) * own;
+    }
+    return forces;
+}
+
+}  // namespace physics
