@@ -90,7 +90,7 @@ struct Figure {
 
 double within(const Hinge& hinge, double angle)
 {
-    return std::clamp(angle, hinge.lowest, hinge.highest);
+    return has_limits(hinge) ? std::clamp(angle, hinge.lowest, hinge.highest) : angle;
 }
 
 // Places the frames; returns e, three rows a goal, and leaves the longest in `miss`.
@@ -140,10 +140,9 @@ void turn_hinges(const Figure& figure, Eigen::MatrixXd J, const Eigen::VectorXd&
         for (std::size_t h = 0; h < angle.size(); ++h) {
             const Hinge& hinge = figure.base.hinges[h];
             const auto k = static_cast<Eigen::Index>(h);
-            if (!((angle[h] >= hinge.highest && turn[k] > 0) ||
-                  (angle[h] <= hinge.lowest && turn[k] < 0))) {
-                continue;
-            }
+            const bool ends = (angle[h] >= hinge.highest && turn[k] > 0) ||
+                              (angle[h] <= hinge.lowest && turn[k] < 0);
+            if (!ends || !has_limits(hinge)) continue;
             J.col(k).setZero();
             stopped = true;
         }

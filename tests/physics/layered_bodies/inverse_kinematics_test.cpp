@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 namespace physics {
 namespace {
@@ -75,6 +76,24 @@ TEST(InverseKinematics, HingeLimitsHold)
     // Both at their limit is the nearest that it gets.
     EXPECT_NEAR(at.angle[0], 0.4, 1e-6);
     EXPECT_NEAR(at.angle[1], 0.4, 1e-6);
+}
+
+// A goal on a circle that the hand follows: from a little below half a turn to a little above.
+TEST(InverseKinematics, AHingeWithoutLimitsTurnsPastHalfATurn)
+{
+    const Base base = arm(std::numbers::pi);
+    std::vector<double> angle{2.55, 0.9};
+    for (int step = 0; step <= 20; ++step) {
+        const double a = 3 + 0.05 * step;
+        const std::vector<PoseGoal> goals{{2, hand, 0.9 * Vec3(std::cos(a), std::sin(a), 0)}};
+        const SolvedPose at = inverse_kinematics(base, Transform::Identity(), goals, angle);
+        EXPECT_LT(at.miss, 2e-6) << "at " << a;
+        for (std::size_t h = 0; h < 2; ++h) {
+            EXPECT_LT(std::abs(at.angle[h] - angle[h]), 0.2) << "no jump at " << a;
+        }
+        angle = at.angle;
+    }
+    EXPECT_GT(angle[0], std::numbers::pi);
 }
 
 // The same arm with its hinges counted the other way round: the same pose, opposite angles.
