@@ -201,7 +201,7 @@ void add_to(graph::Registry& registry)
         .check(check)
         .output("collider", &Outputs::collider,
                 "The obstacle at this frame and at the frame before.")
-        .previous("collider", &Inputs::last);
+        .previous("collider", &Inputs::last, graph::Memory::of_motion);
 }
 
 }  // namespace nodes::collider

@@ -138,7 +138,7 @@ void add_to(graph::Registry& registry)
                        "push nowhere together (methods bricks, springs and shell of Simulate).",
                        {"kind", {"torque"}})
         .output("force", &Outputs::force, "The force field at this frame and at the frame before.")
-        .previous("force", &Inputs::last);
+        .previous("force", &Inputs::last, graph::Memory::of_motion);
 }
 
 }  // namespace nodes::force

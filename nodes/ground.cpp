@@ -38,7 +38,7 @@ void add_to(graph::Registry& registry)
         .param("bounce", &Inputs::bounce, bounce_text, {.min = 0, .max = 1})
         .output("collider", &Outputs::collider,
                 "The floor at this frame and at the frame before, as a collider.")
-        .previous("collider", &Inputs::last);
+        .previous("collider", &Inputs::last, graph::Memory::of_motion);
 }
 
 }  // namespace nodes::ground

@@ -95,7 +95,7 @@ void add_to(graph::Registry& registry)
         .prepare("surface", &Inputs::surface, build, {"cubes", "mesh", "part"})
         .output("force", &Outputs::force,
                 "The pressure at this frame and at the frame before, for Simulate.")
-        .previous("force", &Inputs::last);
+        .previous("force", &Inputs::last, graph::Memory::of_motion);
 }
 
 }  // namespace nodes::pressure

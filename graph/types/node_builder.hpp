@@ -87,8 +87,7 @@ public:
         return *this;
     }
 
-    // One link, its value at each of the frames that `frames` asks for. All inputs that gather do
-    // so at the same frames.
+    // One link, its values at the frames that `frames` asks for: the same of all that gather.
     template <Wireable T>
     NodeBuilder& gather(std::string name, std::vector<Wire<T>> In::*member,
                         std::vector<int> (*frames)(const In&, const FrameRange&), std::string doc,
@@ -101,13 +100,14 @@ public:
     }
 
     // Feeds this node's own `output`, as it was one frame ago, to `member`: null on the first
-    // frame. Declare the output first.
-    template <Wireable T> NodeBuilder& previous(const std::string& output, Wire<T> In::*member)
+    // frame, and with Memory::of_motion while nothing moves. Declare the output first.
+    template <Wireable T>
+    NodeBuilder& previous(const std::string& output, Wire<T> In::*member,
+                          Memory memory = Memory::of_all_frames)
     {
         plan_.previous.push_back(
             [member](void* in, const Value& value) { in_of(in).*member = value.template as<T>(); });
-        plan_.add_previous(type_, output);
-        return *this;
+        return plan_.add_previous(type_, output, memory), *this;
     }
 
     // Fills `member` with build(in), kept for as long as the inputs and parameters named in `sees`

@@ -58,8 +58,9 @@ void NodePlan::add_output(NodeType& type, std::string& name, const WireType& wir
     type.outputs.push_back({std::move(name), wire.name, std::move(doc), &wire});
 }
 
-void NodePlan::add_previous(NodeType& type, const std::string& output)
+void NodePlan::add_previous(NodeType& type, const std::string& output, Memory memory)
 {
+    type.memory = memory;
     for (std::size_t i = 0; i < type.outputs.size(); ++i) {
         if (type.outputs[i].name == output) return type.previous.push_back({i});
     }

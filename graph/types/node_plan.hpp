@@ -30,7 +30,7 @@ struct NodePlan {
     static void add_input(NodeType& type, std::string& name, const char* wire, std::string& doc);
     static void add_output(NodeType& type, std::string& name, const WireType& wire,
                            std::string& doc);
-    static void add_previous(NodeType& type, const std::string& output);
+    static void add_previous(NodeType& type, const std::string& output, Memory memory);
     // Makes out which inputs and parameters the preparations see.
     void finish(NodeType& type) const;
 };

@@ -47,6 +47,11 @@ struct Previous {
     std::size_t output;  // index into outputs
 };
 
+// What a node remembers that reads its own result of the frame before. of_motion: how far it went
+// since then, so nothing while no parameter and no input of it varies; it is the same at all frames
+// then, and any of them can be cooked by itself.
+enum class Memory : std::uint8_t { of_all_frames, of_motion };
+
 // Work that depends on a few inputs and parameters only, done once for as long as they stay equal.
 struct Preparation {
     std::string name;
@@ -139,6 +144,7 @@ struct NodeType {
     std::vector<OutputPort> outputs;
     std::vector<Param> params;
     std::vector<Previous> previous;
+    Memory memory = Memory::of_all_frames;
     std::vector<Preparation> preparations;
     std::vector<Upgrade> upgrades;  // from older versions
     ShortForms short_forms;

@@ -86,7 +86,7 @@ private:
                 for (const int f : keys_.input_frames(n, port, frame)) want(link.node, f);
             }
         }
-        const bool steps = !node.type->previous.empty() && frame > graph_.range.first;
+        const bool steps = keys_.rolls(n) && frame > graph_.range.first;
         if (steps) want(n, frame - 1);
     }
 

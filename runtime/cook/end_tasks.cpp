@@ -62,7 +62,8 @@ void make_ready(CookState& cook, Task& task)
 {
     const graph::NodeType& type = *cook.graph.nodes[task.node].type;
     task.state = TaskState::ready;
-    cook.ready.push({task.frame, type.sink ? 2 : type.previous.empty() ? 1 : 0, task.node, &task});
+    const int rank = type.sink ? 2 : cook.keys.rolls(task.node) ? 0 : 1;
+    cook.ready.push({task.frame, rank, task.node, &task});
     call_followers(cook, task);
 }
 

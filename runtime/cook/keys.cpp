@@ -76,7 +76,6 @@ void Keys::read_links()
                         [](const graph::Animated& a) { return static_cast<bool>(a.file); });
         nodes_[n].placed = node.type->sink || declares(node, graph::Variable::fps) ||
                            declares(node, graph::Variable::range);
-        nodes_[n].rolls = !node.type->previous.empty();
         nodes_[n].gathers = static_cast<bool>(node.type->gather_frames);
     }
     targets_.clear();
@@ -90,7 +89,9 @@ void Keys::edited(std::uint32_t n)
     const std::size_t end = at + nodes_[n].links;
     bool same = true;
     each_link(node, [&](const Input& input) { same = same && at < end && links_[at++] == input; });
-    if (!same || at != end || (!node.animated.empty() && !nodes_[n].varies)) return read_links();
+    const bool stops = nodes_[n].rolls && nodes_[n].moves && !moves(node);
+    const bool starts = !nodes_[n].varies && !node.animated.empty();
+    if (!same || at != end || starts || stops) return read_links();
     nodes_[n].moves = moves(node);
     nodes_[n].stale = true;
     first_stale_ = std::min(first_stale_, n);
@@ -115,10 +116,13 @@ void Keys::reach(const std::vector<std::uint32_t>& targets)
     for (const std::uint32_t n : reached_) {
         Node& node = nodes_[n];
         node.stale = true;
-        node.varies = node.moves || node.rolls;
+        const graph::NodeType& type = *graph_.nodes[n].type;
+        const bool remembers = !type.previous.empty();
+        node.varies = node.moves || (remembers && type.memory == graph::Memory::of_all_frames);
         for (std::uint32_t i = 0; i < node.links; ++i) {
             node.varies = node.varies || nodes_[links_[node.first_link + i].node].varies;
         }
+        node.rolls = remembers && node.varies;
         if (node.gathers) node.varies = false;  // it runs once a cook
         if (node.opens) openers_.push_back(n), file_nodes_.push_back(n);
         if (!node.varies) continue;

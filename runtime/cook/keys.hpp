@@ -33,8 +33,10 @@ public:
     // A parameter or link of the graph's node `n` was changed.
     void edited(std::uint32_t n);
 
-    // Both need a node that the last aim() reached.
+    // All three need a node that the last aim() reached.
     bool varies(std::uint32_t n) const { return nodes_[n].varies; }
+    // Whether it needs its own result of the frame before.
+    bool rolls(std::uint32_t n) const { return nodes_[n].rolls; }
     const Key& at(std::uint32_t n, int frame);
 
     // Key of a preparation of the node. Throws what evaluating a parameter throws.

@@ -250,8 +250,8 @@ void open_more(CookState& cook)
 
 void begin_task(CookState& cook, Task& task)
 {
-    const graph::NodeType& type = *cook.graph.nodes[task.node].type;
-    if (type.previous.empty() || task.frame == cook.graph.range.first) return expand(cook, task);
+    const bool alone = !cook.keys.rolls(task.node) || task.frame == cook.graph.range.first;
+    if (alone) return expand(cook, task);
     if (!task.previous) {
         int frame = task.frame - 1;
         while (frame > cook.graph.range.first && !at_hand(cook, task.node, frame)) --frame;

@@ -44,7 +44,7 @@ bool worth_storing(const CookState& cook, const Task& task, const Result& result
         return false;
     }
     const bool pays = DiskCache::pays(result.seconds, result.bytes);
-    if (type.previous.empty()) return pays || !result.files.empty();
+    if (!cook.keys.rolls(task.node)) return pays || !result.files.empty();
     const double all = static_cast<double>(result.bytes) * cook.graph.range.count();
     const double share = static_cast<double>(cook.caches.disk->budget()) / 4;
     const int spacing = static_cast<int>(std::ceil(std::max(all / std::max(share, 1.0), 1.0)));

@@ -182,7 +182,8 @@ Spans add_chain_tasks(Joining& joining, std::uint32_t shot, const Piece& piece,
             return piece.frames.begin() + static_cast<std::ptrdiff_t>(i);
         };
         FarmTask task;
-        task.name = fmt::format("{}.chain-{}", joining.cut.shots[shot].name, piece.nodes.front());
+        // The last one is what the others feed: a simulation, and not its colliders.
+        task.name = fmt::format("{}.chain-{}", joining.cut.shots[shot].name, piece.nodes.back());
         if (!spans.empty()) task.name += fmt::format("-from-{}", piece.frames[begin]);
         task.stage = Stage::chain;
         task.shot = shot;

@@ -43,7 +43,7 @@ template <class See> void each_input(const graph::Node& node, const See& see)
 
 bool rolls(const Work& work, std::uint32_t n)
 {
-    return !work.graph.nodes[n].type->previous.empty();
+    return work.keys.rolls(n);
 }
 
 std::uint32_t first_of(const Work& work, std::uint32_t n)

@@ -49,7 +49,7 @@ NodeCosts node_costs(const graph::Graph& graph, Keys& keys,
         const std::string type = fmt::format("{}@{}", node.type->name, node.type->version);
         std::optional<double> seconds = stored_seconds(n, keys, frames, stored);
         bool known = seconds.has_value();
-        simulated[n] = !node.type->previous.empty();
+        simulated[n] = keys.rolls(n);
         for (const auto& port : node.inputs) {
             for (const graph::Link& link : port) simulated[n] |= simulated[link.node];
         }
@@ -65,7 +65,7 @@ NodeCosts node_costs(const graph::Graph& graph, Keys& keys,
             known = true;
         }
         if (!seconds) {
-            if (!node.type->previous.empty()) in_the_dark.push_back(n);
+            if (keys.rolls(n)) in_the_dark.push_back(n);
             continue;
         }
         costs.seconds[n] = *seconds;

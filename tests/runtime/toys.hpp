@@ -122,6 +122,24 @@ struct Accumulate {
     }
 };
 
+// How far its input went since the frame before.
+struct Moved {
+    struct Inputs {
+        Wire<double> value;
+        double scale = 1;
+        Wire<double> before;
+    };
+    struct Outputs {
+        double moved = 0, value = 0;
+    };
+    static Outputs run(const Inputs& in, const Context&)
+    {
+        ++runs().of["Moved"];
+        const double value = in.scale * *in.value;
+        return {in.before ? value - *in.before : 0, value};
+    }
+};
+
 // All values of its input at every `step`th frame of the cook.
 struct Collect {
     struct Inputs {
@@ -348,6 +366,12 @@ inline const graph::Registry& registry()
             .param("seconds", &Accumulate::Inputs::seconds, "How long a step takes.")
             .output("value", &Number::value, "Sum.")
             .previous("value", &Accumulate::Inputs::before);
+        r.add("Moved", 1, Moved::run)
+            .input("value", &Moved::Inputs::value, "Compared with the frame before.")
+            .param("scale", &Moved::Inputs::scale, "Times this.")
+            .output("moved", &Moved::Outputs::moved, "Difference.")
+            .output("value", &Moved::Outputs::value, "The value.")
+            .previous("value", &Moved::Inputs::before, graph::Memory::of_motion);
         r.add("Collect", 1, Collect::run)
             .gather("values", &Collect::Inputs::values, Collect::frames, "Numbers.")
             .param("step", &Collect::Inputs::step, "Every which frame.", {.min = 1})

@@ -248,6 +248,35 @@ TEST(Evaluator, ASimulationStepsFromItsOwnFrameBefore)
     }
 }
 
+TEST(Evaluator, WhatRemembersMotionIsOneTaskWhileNothingMoves)
+{
+    Wiring w(10);
+    const auto still = w.add("Constant", {}, {{"value", {3.0}}});
+    const auto moved = w.add("Moved", {{"value", {still}}});
+    Kitchen kitchen;
+    Evaluator evaluator(w.graph, kitchen.caches, kitchen.options);
+    take_runs("Moved");
+    for (const auto& [frame, way] : cook(evaluator, at_all_frames(w.graph, moved))) {
+        EXPECT_EQ(way, 0) << frame;
+    }
+    EXPECT_EQ(take_runs("Moved"), 1);
+
+    w.animate(moved, "scale", [](int f, double) { return f < 4 ? 1.0 : f; });
+    evaluator.edited(moved);
+    const auto ways = cook(evaluator, at_all_frames(w.graph, moved));
+    EXPECT_EQ(ways.at(3), 0);
+    EXPECT_EQ(ways.at(4), 9);
+    EXPECT_EQ(ways.at(10), 3);
+    EXPECT_EQ(take_runs("Moved"), 10);
+
+    w.graph.nodes[moved].animated.clear();
+    evaluator.edited(moved);
+    for (const auto& [frame, way] : cook(evaluator, at_all_frames(w.graph, moved))) {
+        EXPECT_EQ(way, 0) << frame;
+    }
+    EXPECT_EQ(take_runs("Moved"), 0) << "the result from before it moved";
+}
+
 TEST(Evaluator, AnEditWhoseEffectStartsAtFrame81KeepsTheFramesBefore)
 {
     Wiring w(120);
@@ -973,6 +1002,10 @@ double naive(const graph::Graph& g, std::uint32_t n, int frame)
     }
     if (type == "Scale") return std::pow(in(0, 0), p) * in(1, 0);
     if (type == "Fail") return in(0, 0) <= p ? in(0, 0) : throw std::runtime_error("too large");
+    if (type == "Moved") {
+        const double before = p * naive(g, node.inputs[0][0].node, std::max(frame - 1, 1));
+        return p * in(0, 0) - before;
+    }
     return (frame > g.range.first ? naive(g, n, frame - 1) : p) + in(0, 0);  // Accumulate
 }
 
@@ -983,7 +1016,7 @@ graph::Graph random_graph(std::mt19937& random, bool failing = false)
     w.add("Constant", {}, {{"value", {1.0}}});
     for (int i = 0; i < 9; ++i) {
         const auto any = [&] { return below(w.graph.nodes.size()); };
-        switch (below(failing ? 7 : 6)) {
+        switch (below(failing ? 8 : 7)) {
         case 0:
             w.add("Constant", {}, {{"value", {static_cast<double>(below(3))}}});
             break;
@@ -1007,6 +1040,9 @@ graph::Graph random_graph(std::mt19937& random, bool failing = false)
             break;
         case 5:
             w.add("Accumulate", {{"value", {any()}}});
+            break;
+        case 6:
+            w.add("Moved", {{"value", {any()}}}, {{"scale", {static_cast<double>(below(3))}}});
             break;
         default:
             w.add("Fail", {{"value", {any()}}}, {{"above", {static_cast<double>(below(12))}}});

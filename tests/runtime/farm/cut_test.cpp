@@ -138,6 +138,27 @@ TEST(Cut, SimulationsThatNeedEachOtherAreOneChainAndOthersAreTheirOwn)
     EXPECT_TRUE(chains[1]->after.empty()) << "they run at the same time";
 }
 
+TEST(Cut, SimulationsThatShareWhatStandsStillAreTheirOwnChains)
+{
+    toys::Wiring w(20);
+    const auto clock = w.add("Clock");
+    const auto one = w.add("Constant", {}, {{"value", {1.0}}});
+    const auto floor = w.add("Moved", {{"value", {one}}});
+    const auto force = w.add("Sum", {{"values", {clock, floor}}});
+    const auto a = w.add("Accumulate", {{"value", {force}}});
+    const auto b = w.add("Accumulate", {{"value", {force}}}, {{"start", {3.0}}});
+    Cutting c;
+    c.costs.seconds = {0, 0, 0, 0, 1, 1};
+    EXPECT_EQ(of(c.cut(w.graph, {a, b}, frames_to(20)), Stage::chain).size(), 2u);
+
+    w.animate(floor, "scale", [](int f, double) { return f; });
+    const Cut moving = c.cut(w.graph, {a, b}, frames_to(20));
+    const auto chains = of(moving, Stage::chain);
+    ASSERT_EQ(chains.size(), 1u);
+    EXPECT_EQ(chains[0]->nodes.size(), 3u);
+    EXPECT_EQ(chains[0]->name, "shot.chain-" + w.graph.nodes[b].name) << "what the others feed";
+}
+
 TEST(Cut, WhatIsInTheCacheIsNotCookedAgain)
 {
     toys::Wiring w(30);

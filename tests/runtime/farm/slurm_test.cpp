@@ -269,7 +269,9 @@ TEST_F(Slurm, TwoNodesWriteTheBytesOfACook)
 TEST_F(Slurm, AKilledTaskIsNamedAndTheNextRunCooksWhatIsMissing)
 {
     must(farm("") + " >log/farm 2>&1");
-    ::kill(process_of("block.frames-2"), SIGKILL);
+    const pid_t task = process_of("block.frames-2");
+    ASSERT_GT(task, 1) << bytes_of(in("log/farm"));
+    ::kill(task, SIGKILL);
     const std::string state = ASPIC_PROGRAM " farm status block.json --out out";
     wait_until("none is in the queue", [&] { return said("squeue -h").empty(); });
     const std::string text = said(state);
@@ -310,6 +312,7 @@ TEST_F(Slurm, ANodeThatIsLostGivesItsTaskToAnother)
 {
     must(farm("") + " >log/farm 2>&1");
     const pid_t task = process_of("block.frames-2");
+    ASSERT_GT(task, 1) << bytes_of(in("log/farm"));
     const std::string log = bytes_of(in("out/farm/logs/block.frames-2.log"));
     const std::string node = log.find(" on n0,") != std::string::npos ? "n0" : "n1";
     // As when its power is cut: the task, what watches over it, and the node's own process.
@@ -376,6 +379,7 @@ TEST_F(WideSlurm, ASimulationThatIsKilledGoesOnFromItsLastStoredFrame)
     const std::string asked = farm("--node sim", "0.2");
     must(asked + " >log/farm 2>&1");
     const pid_t task = process_of("block.chain-sim");
+    ASSERT_GT(task, 1) << bytes_of(in("log/farm"));
     wait_until("it has stored some frames", [&] { return stored() > 20; });
     ::kill(task, SIGKILL);
     wait_until("none is in the queue", [&] { return said("squeue -h").empty(); });
