@@ -233,12 +233,14 @@ static void keep_push(PlaneTouch& touch, const Grip& grip)
 
 double slack_left(double slack, double size, SlackTime time)
 {
-    // Sheets may be much thinner than a cell. Above 0.1 m, theirs would go faster than that.
-    const double little = time.solid ? 0.05 * size : 9.81 * slack_time * slack_time;
-    if (!(slack > little)) return slack * std::exp(-time.dt / slack_time);
+    // Above 0.1 m it would go faster than slack_speed. Sheets may be much thinner than a cell.
+    const double most = 9.81 * slack_time * slack_time;
+    const double little = time.solid ? std::min(0.05 * size, most) : most;
     // At slack_speed(slack) all along, its root falls evenly.
-    const double root = std::sqrt(slack) - 0.5 * time.dt * slack_speed(1);
-    return root > 0 ? std::max(little, root * root) : little;
+    const double rate = 0.5 * slack_speed(1);
+    const double until = std::max(0.0, std::sqrt(slack) - std::sqrt(little)) / rate;  // s
+    if (time.dt < until) return std::pow(std::sqrt(slack) - time.dt * rate, 2);
+    return std::min(slack, little) * std::exp((until - time.dt) / slack_time);
 }
 
 void take_grips(std::vector<PlaneTouch>& touches, const std::vector<Grip>& grips, SlackTime time)
