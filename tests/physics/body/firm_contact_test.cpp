@@ -126,7 +126,12 @@ TEST(FirmContact, LetsOutWhatIsDeepByHalfOfGravity)
         EXPECT_NEAR(after(0.08, 0.1, steps, false), 0.08 * std::exp(-1.0), 1e-7);
         EXPECT_NEAR(after(0.004, 0.1, steps, true), 0.004 * std::exp(-1.0), 1e-7);
     }
-    EXPECT_NEAR(after(0.08, 1, 1, true), 0.05 * cube_edge, 1e-9);
+    // Down to 0.05 cubes as above, and from there on as what starts with less.
+    const double little = 0.05 * cube_edge;
+    const double until = 2 * (std::sqrt(0.08) - std::sqrt(little)) / std::sqrt(9.81);
+    for (const int steps : {1, 2, 16}) {
+        EXPECT_NEAR(after(0.08, 0.3, steps, true), little * std::exp((until - 0.3) / 0.1), 1e-7);
+    }
 }
 
 TEST(FirmContact, StaysWhereAPlaneIsFoundAnewAndRisesNoFurther)
