@@ -9,7 +9,8 @@ inline constexpr const char* friction_text =
 inline constexpr const char* bounce_text =
     "Share of the speed of an impact that bricks, springs and sheets leave it with (coefficient of "
     "restitution): 0 for clay, 0.5 for wood, 0.9 for a rubber ball. Slow impacts do not bounce. "
-    "What is so soft that it takes longer than a step to spring back leaves faster or slower. "
+    "What is so soft that it takes longer than a step to spring back leaves faster, and with a "
+    "stated number of steps faster or slower. "
     "Method lattice, Vibrate and Layered ignore it.";
 
 }  // namespace nodes

@@ -4,6 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <numbers>
+#include <set>
 
 namespace physics {
 namespace {
@@ -147,6 +150,14 @@ struct Impact {
     Vec3 velocity = Vec3::Zero();  // N s m/s, of the collider
 };
 
+Meeting meeting_of(const Stage& stage, const PlaneTouch& touch)
+{
+    const CornerBody& body = stage.frame.body;
+    const bool parts = touch.count > 8;
+    return {body.part_of(touch.corners[0]), parts,
+            parts ? body.part_of(touch.corners[8]) : touch.other};
+}
+
 std::map<Meeting, Impact> impacts(const Stage& stage, const Aligned<double>& before_x)
 {
     std::map<Meeting, Impact> out;
@@ -156,10 +167,7 @@ std::map<Meeting, Impact> impacts(const Stage& stage, const Aligned<double>& bef
             if (!(touch.rebound > 0)) continue;
             const double impulse = stage.tau * touch.stiffness * touch.depth(stage.x.data());
             if (!(impulse > 0)) continue;
-            const CornerBody& body = stage.frame.body;
-            const bool parts = touch.count > 8;
-            const auto other = parts ? body.part_of(touch.corners[8]) : touch.other;
-            Impact& impact = out[{body.part_of(touch.corners[0]), parts, other}];
+            Impact& impact = out[meeting_of(stage, touch)];
             impact.impulse += impulse;
             impact.bounce += impulse * touch.bounce;
             impact.slows += impulse * stage.tau * comings.of(touch).acceleration;
@@ -189,7 +197,7 @@ Kick kick(const RigidPart& part, std::uint8_t held, const Vec3& p, const Vec3& n
 // How two part along n: what they are to, and do.
 struct Parting {
     Vec3 n = Vec3::Zero(), p = Vec3::Zero();  // p: m, where they touch
-    double wanted = 0, has = 0;               // m/s
+    double came = 0, wanted = 0, has = 0;     // m/s, came: below 0
 };
 Parting parting(const Meeting& who, const Impact& impact, const std::vector<RigidPart>& before,
                 const std::vector<RigidPart>& after)
@@ -203,8 +211,8 @@ Parting parting(const Meeting& who, const Impact& impact, const std::vector<Rigi
         if (who.parts) v -= velocity_at(parts[who.other], at);
         return out.n.dot(v);
     };
-    const double came = speed(before, impact.began / impact.impulse);
-    out.wanted = -(impact.bounce * came + impact.slows) / impact.impulse;
+    out.came = speed(before, impact.began / impact.impulse);
+    out.wanted = -(impact.bounce * out.came + impact.slows) / impact.impulse;
     out.has = speed(after, out.p);
     return out;
 }
@@ -233,6 +241,65 @@ Risen risen(const Stage& stage, const Aligned<double>& before_x, const Aligned<d
     return out;
 }
 
+namespace {
+
+// rad/s, of a part that swings on what it hits, as a stage of implicit Euler tells it. A mass on a
+// spring that is pushed out at the speed e v when it comes at v has the speed
+//   v1 = v (e s - 1) / (1 + s),   s = (w tau)^2
+// where the stage ends. Where s is large, little tells it from a rigid body: infinity.
+double rate_of(const Parting& part, double tau)
+{
+    constexpr double most = 30;
+    const double e = part.wanted / -part.came, v1 = part.has / -part.came;
+    if (!(1 + v1 > 0)) return 0;
+    const double s = v1 < e ? (1 + v1) / (e - v1) : std::numeric_limits<double>::infinity();
+    return s < most ? std::sqrt(s) / tau : std::numeric_limits<double>::infinity();
+}
+
+// The share of its speed that implicit Euler leaves to a part that swings at `rate` through half a
+// period, in steps of dt: exp(-w dt / 2) a radian.
+double left_by_steps(double rate, double dt)
+{
+    return std::exp(-0.5 * std::numbers::pi * rate * dt);
+}
+
+// Who pressed on whom already where the stage began.
+std::set<Meeting> pressed_before(const Stage& stage)
+{
+    std::set<Meeting> out;
+    for (const auto* touches : {&stage.touches, &stage.holds}) {
+        for (const PlaneTouch& touch : *touches) {
+            if (touch.began > touch.slack) out.insert(meeting_of(stage, touch));
+        }
+    }
+    return out;
+}
+
+}  // namespace
+
+Risen risen_by_error(const Stage& stage, const Aligned<double>& before_x,
+                     const Aligned<double>& before_v, double finest)
+{
+    constexpr double vibrates = 1.15;  // what was squashed keeps some of its speed as vibration
+    constexpr double begun = 0.5;      // lest what is being squashed becomes rigid meanwhile
+    Risen out;
+    const auto met = impacts(stage, before_x);
+    if (met.empty()) return out;
+    const auto before = rigid_parts(stage, before_x, before_v);
+    const auto after = rigid_parts(stage, stage.x, stage.w);
+    const auto pressed = pressed_before(stage);
+    const double most = 2 * stage.frame.options.error * stage.frame.body.h;  // m
+    for (const auto& [who, impact] : met) {
+        const Parting part = parting(who, impact, before, after);
+        if (is_alone(who) || !(part.wanted > 0) || !(part.came < 0)) continue;
+        const double rate = rate_of(part, stage.tau);
+        const double dt = std::max(finest, std::sqrt(most / (-part.came * rate)));
+        const double least = (pressed.contains(who) ? begun : vibrates) * part.wanted / -part.came;
+        out[who] = !std::isfinite(rate) ? rigid_yet : left_by_steps(rate, dt) > least ? 0 : 1;
+    }
+    return out;
+}
+
 void make_up(Stage& stage, const Aligned<double>& before_x, const Aligned<double>& before_v,
              const Risen& risen)
 {
@@ -247,7 +314,7 @@ void make_up(Stage& stage, const Aligned<double>& before_x, const Aligned<double
         const Meeting& who = meeting.first;
         const auto share = risen.find(who);
         if (share == risen.end() || held[who.part] == all_axes || is_alone(who)) continue;
-        const auto [n, p, wanted, has] = parting(who, meeting.second, before, after);
+        const auto [n, p, came, wanted, has] = parting(who, meeting.second, before, after);
         if (!(has < wanted)) continue;
         const bool two = who.parts;
         const Kick own = kick(after[who.part], held[who.part], p, n);

@@ -47,6 +47,14 @@ using Risen = std::map<Meeting, double>;
 // Of a stage that began with these x and v.
 Risen risen(const Stage& stage, const Aligned<double>& before_x, const Aligned<double>& before_v);
 
+// Where the error chooses the steps, of a stage that began with these x and v: 0 for what is better
+// followed while it is squashed, since steps of that error, `finest` seconds at least, leave it
+// more speed than its bounce; 1 for what bounces; rigid_yet for what bounces unless a shorter stage
+// tells more of it.
+inline constexpr double rigid_yet = 2;
+Risen risen_by_error(const Stage& stage, const Aligned<double>& before_x,
+                     const Aligned<double>& before_v, double finest);
+
 // Gives parts that rise again after a stage which began with these x and v the rest of the speed
 // that they are to leave with: w changes. `risen`: of a longer stage; what is not in it does not
 // rise.

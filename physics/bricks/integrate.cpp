@@ -3,6 +3,7 @@
 #include "physics/bricks/free_parts.hpp"
 #include "physics/bricks/rigid_energy.hpp"
 #include "physics/bricks/stage_touches.hpp"
+#include "physics/bricks/step_error.hpp"
 #include "physics/bricks/step_newton.hpp"
 #include "physics/state/measure.hpp"
 
@@ -34,32 +35,66 @@ void solve_over(FrameStep& step, double tau, double share, Balance balance)
     turn_rigid_parts(stage);
 }
 
+// Solves the stage over another time, tells what rises by that, and solves it again as it was.
+template <class Tell>
+void tell_over(FrameStep& step, double seconds, double share, const Tell& tell)
+{
+    const double tau = step.stage.tau;
+    const StepRecord record = step.record;
+    solve_over(step, seconds, share, Balance::end);
+    tell();
+    const auto iterations = step.record.report.iterations;
+    step.record = record;
+    step.record.report.iterations = iterations;
+    solve_over(step, tau, share, Balance::end);
+}
+
+// What of `own` was found before a step was cut in halves is not less in these.
+Risen risen_in_halves(const FrameStep& step, Risen own)
+{
+    for (auto& [who, share_of_it] : own) {
+        if (const auto at = step.risen.find(who); at != step.risen.end()) {
+            share_of_it = std::max(share_of_it, at->second);
+        }
+    }
+    return own;
+}
+
 // What rises after an impact by the end of a whole step, where the stage that was solved is
 // shorter. In halves it is what was found before they were cut.
 Risen risen_in_a_step(FrameStep& step, double share, Balance balance)
 {
     constexpr double nearly = 0.9;
     const double whole = step.frame.seconds / least_steps(step.frame.options);
-    const double tau = step.stage.tau;
     Risen own = risen(step.stage, step.now.x, step.now.v);
-    if (step.stage.halvings > 0) {
-        for (auto& [who, share_of_it] : own) {
-            if (const auto at = step.risen.find(who); at != step.risen.end()) {
-                share_of_it = std::max(share_of_it, at->second);
-            }
-        }
-        return own;
-    }
+    if (step.stage.halvings > 0) return risen_in_halves(step, std::move(own));
     const bool all =
         std::all_of(own.begin(), own.end(), [](const auto& r) { return r.second == 1; });
-    if (all || balance != Balance::end || tau > nearly * whole) return own;
-    const StepRecord record = step.record;
-    solve_over(step, whole, share, balance);
-    Risen out = risen(step.stage, step.now.x, step.now.v);
-    const auto iterations = step.record.report.iterations;
-    step.record = record;
-    step.record.report.iterations = iterations;
-    solve_over(step, tau, share, balance);
+    if (all || balance != Balance::end || step.stage.tau > nearly * whole) return own;
+    Risen out;
+    tell_over(step, whole, share, [&] { out = risen(step.stage, step.now.x, step.now.v); });
+    return out;
+}
+
+// The same where the error chooses the steps: over a frame, and over less where that tells nothing.
+Risen risen_by_error_in_a_step(FrameStep& step, double share)
+{
+    const double finest = step.frame.seconds / (1 << finest_by_error);
+    const auto told = [&] { return risen_by_error(step.stage, step.now.x, step.now.v, finest); };
+    const auto is_told = [](const auto& r) { return r.second != rigid_yet; };
+    Risen out = told();
+    if (step.stage.halvings > 0) {
+        for (auto& [who, share_of_it] : out) {
+            const auto at = step.risen.find(who);
+            if (at != step.risen.end()) share_of_it = at->second;
+        }
+    } else {
+        for (double tau = step.frame.seconds; tau > step.stage.tau; tau /= 4) {
+            tell_over(step, tau, share, [&] { out = told(); });
+            if (std::all_of(out.begin(), out.end(), is_told)) break;
+        }
+    }
+    for (auto& [who, share_of_it] : out) share_of_it = std::min(share_of_it, 1.0);
     return out;
 }
 
@@ -69,8 +104,15 @@ void take_stage(FrameStep& step, double tau, double share, Balance balance)
     solve_over(step, tau, share, balance);
     if (stage.halvings == 0) step.risen.clear();
     if (stage.struck) {
-        const Risen all = risen_in_a_step(step, share, balance);
+        const bool by_error = are_by_error(step.frame.options);
+        const Risen all = by_error ? risen_by_error_in_a_step(step, share)
+                                   : risen_in_a_step(step, share, balance);
         if (stage.halvings == 0) step.risen = all;
+        const auto followed = [](const auto& r) { return r.second == 0; };
+        if (by_error && std::any_of(all.begin(), all.end(), followed)) {
+            step.solved_error =
+                error_of_step(stage, step.now.x, step.now.v, stage.x, stage.w, stage.tau);
+        }
         make_up(stage, step.now.x, step.now.v, all);
     }
     const Motion before = stage.rigid.none() ? Motion{} : step.now;
@@ -137,6 +179,11 @@ bool take_sdirk2(FrameStep& step, double dt, double begin, double end)
 }
 
 }  // namespace
+
+bool are_by_error(const StepOptions& options)
+{
+    return options.substeps == 0 && options.integrator == Integrator::implicit_euler;
+}
 
 void integrate(FrameStep& step, double begin, double end)
 {

@@ -33,7 +33,13 @@ struct FrameStep {
     Risen risen;            // of the last step that was not cut in halves
     int halvings = 0;       // of the step that was taken last
     int finer = 0;          // halvings for the error's sake that the next step begins with
+    // Where something hit that is followed while it is squashed: the error of the stage before the
+    // others bounced, in edges of cubes.
+    double solved_error = 0;
 };
+
+// Whether errors choose the length of steps.
+bool are_by_error(const StepOptions& options);
 
 // From share `begin` to share `end` of the frame. Velocities jump where something hits, and what
 // methods of second order make of a jump throws it back faster than it came: such a step is one of

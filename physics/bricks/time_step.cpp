@@ -169,13 +169,8 @@ double error_of_last(const FrameStep& step, const Motion& before, double dt)
     if (step.frame.options.integrator != Integrator::implicit_euler || step.frame.options.leaps) {
         return 0;
     }
-    return error_of_step(step.stage, before.x, before.v, step.now.x, step.now.v, dt);
-}
-
-// Whether errors choose the length of steps.
-bool are_by_error(const StepOptions& options)
-{
-    return options.substeps == 0 && options.integrator == Integrator::implicit_euler;
+    const double error = error_of_step(step.stage, before.x, before.v, step.now.x, step.now.v, dt);
+    return std::max(error, step.solved_error);
 }
 
 // Whether a step with this error need not be taken in halves for its sake. The next one may be
@@ -216,6 +211,7 @@ bool step_or_parts(FrameStep& step, double begin, double end, Cuts cuts)
     step.record.unsettled = step.record.violent = false;
     step.record.left = 0;
     step.stage.halvings = cuts.halvings;
+    step.solved_error = 0;
     ++step.record.report.steps;
     integrate(step, begin, end);
     place_pins(step.frame, end, step.now);

@@ -187,6 +187,28 @@ INSTANTIATE_TEST_SUITE_P(Drops, BounceInLongSteps,
                                           testing::Values(9.0, 9.4, 9.6, 9.81, 10.0)));
 
 // Two equal blocks, one thrown at the other.
+// What is squashed is followed where the error leaves it more speed than its share, and no longer
+// taken for rigid however small the error is.
+TEST(Bounce, ChosenStepsFollowASoftBlockWhereTheyLeaveItMore)
+{
+    const auto leaves = [](double young, double bounce, StepOptions step) {
+        return mean(after(make_bricks(block(young)), {.bounce = bounce, .step = step}).v).y() / 5;
+    };
+    for (const double young : {1e5, 3e5, 1e6, 3e6, 1e7, 1e9}) {
+        for (const double bounce : {0.3, 0.6, 0.9}) {
+            for (const double error : {0.1, 0.01}) {
+                const double speed = leaves(young, bounce, {.substeps = 0, .error = error});
+                EXPECT_GT(speed, 0.97 * bounce) << young << " " << bounce << " " << error;
+                EXPECT_LT(speed, 1) << young << " " << bounce << " " << error;
+            }
+        }
+    }
+    const double fine = leaves(1e5, 0.3, {.substeps = 64});
+    EXPECT_GT(fine, 0.7);
+    EXPECT_NEAR(leaves(1e5, 0.3, {.substeps = 0, .error = 0.01}), fine, 0.1 * fine);
+    EXPECT_GT(leaves(3e4, 0.3, {.substeps = 0}), 0.4) << "in the default steps too";
+}
+
 TEST(Bounce, PartsExchangeMomentumByNewtonsLaw)
 {
     constexpr double e = 0.8;
