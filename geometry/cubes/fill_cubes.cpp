@@ -170,7 +170,8 @@ void fill_cubes(Cubes& cubes, std::span<const Matter> matters, std::span<const D
         deposit_many(cubes, deposits);
     fill_untouched(cubes);
 
-    const double intended = options.total_mass > 0 ? options.total_mass : sum(cubes.mass);
+    const bool stated = options.total_mass > 0;
+    const double intended = stated ? options.total_mass : sum(cubes.mass);
     const double whole = cubes.size * cubes.size * cubes.size;  // m^3
     const double least = std::clamp(options.min_fill, 1e-9, 1.0) * whole;
     parallel_for(cubes.count(), cells_a_task, [&](std::size_t begin, std::size_t end) {
@@ -185,8 +186,9 @@ void fill_cubes(Cubes& cubes, std::span<const Matter> matters, std::span<const D
         }
     });
     const double now = sum(cubes.mass);
-    // A model that only touches cubes (a point, a segment) keeps what min_fill gave it.
-    const double scale = intended > 1e-6 * now ? intended / now : 1;
+    // A model that only touches cubes (a point, a segment) keeps what min_fill gave it, where its
+    // mass is not stated.
+    const double scale = stated || intended > 1e-6 * now ? intended / now : 1;
     for (double& m : cubes.mass) m *= scale;
 }
 

@@ -120,11 +120,28 @@ TEST(Voxelize, ASolidWeighsItsVolumeTimesDensity)
                 << thick << " m in cubes of " << size;
         }
     }
-    VoxelOptions options;
-    options.total_mass = 5;
-    EXPECT_NEAR(
-        sum_of(voxelize_solid(mesh, one(), Inside::winding, 0, grid_of(mesh, 0.07), options).mass),
-        5, 1e-12);
+}
+
+// However little it is, beside what densities give (60 kg), or what min_fill gives a set of
+// samples.
+TEST(Voxelize, AStatedMassIsKept)
+{
+    const TriMesh mesh = test_meshes::box({0, 0, 0}, {1, 0.3, 0.2});
+    Samples samples;
+    samples.matters = {{.density = 1000}};
+    samples.positions = {{0.5f, 0.5f, 0.5f}};
+    samples.mass = {20};
+    samples.matter = {0};
+    for (const double total : {5.0, 1e-5, 1e-9}) {
+        VoxelOptions options;
+        options.total_mass = total;
+        EXPECT_NEAR(
+            sum_of(
+                voxelize_solid(mesh, one(), Inside::winding, 0, grid_of(mesh, 0.07), options).mass),
+            total, 1e-12 * total);
+        samples.total_mass = total;
+        EXPECT_NEAR(voxelize_samples(samples, VoxelGrid{}, {}).mass[0], total, 1e-12 * total);
+    }
 }
 
 TEST(Voxelize, SamplesGiveTheirMassAndMatterToTheirCube)
