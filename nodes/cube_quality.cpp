@@ -2,6 +2,7 @@
 
 #include "geometry/cells/voxel_grid.hpp"
 #include "geometry/mesh/mesh.hpp"
+#include "graph/document/json.hpp"
 #include "physics/bricks/bending_error.hpp"
 #include "physics/modal/size_for_error.hpp"
 
@@ -137,6 +138,25 @@ double size_of_quality(const geometry::TriMesh& mesh, bool solid, const WantedQu
                              found.reached ? "" : shortfall_of(found, wanted), found.size,
                              error_text(found, search.error), reason_of(found)));
     return found.size;
+}
+
+void write_out_size(graph::Json& node)
+{
+    graph::Json* const params = node.find("params");
+    graph::Json* const size = params ? params->find("size") : nullptr;
+    if (!size || params->find("quality")) return;
+    // A wrong word is told as a quality, and "2 cm" as a size.
+    if (size->text() && size->text()->find_first_of("=0123456789") == std::string::npos) {
+        graph::rename(*params, "size", "quality");
+        return;
+    }
+    graph::Json* const chosen = size->find("auto");
+    graph::Json* const error = chosen ? chosen->find("error") : nullptr;
+    if (!error || size->object()->size() != 1 || chosen->object()->size() != 1) return;
+    graph::Json value = *error;
+    *size = std::move(value);
+    graph::rename(*params, "size", "error");
+    graph::put_missing(*params, "quality", std::string("by_error"));
 }
 
 }  // namespace nodes

@@ -8,6 +8,10 @@
 
 #include <functional>
 
+namespace graph {
+struct Json;
+}
+
 namespace nodes {
 
 enum class Quality { by_size, draft, good, exact, by_error };
@@ -31,5 +35,17 @@ struct WantedQuality {
 double size_of_quality(const geometry::TriMesh& mesh, bool solid, const WantedQuality& wanted,
                        const std::function<geometry::Cubes(double)>& cubes_of,
                        const graph::Context& context);
+
+// Other forms of `size` in documents, as a JSON schema.
+constexpr const char* size_forms = R"({ "anyOf": [
+    { "enum": ["draft", "good", "exact"] },
+    { "type": "object", "required": ["auto"], "additionalProperties": false, "properties": {
+        "auto": { "type": "object", "required": ["error"], "additionalProperties": false,
+            "properties": { "error": { "type": "number", "minimum": 0.001, "maximum": 1 } } } } }
+] })";
+
+// Writes them out: "size": "good" is "quality": "good", and "size": {"auto": {"error": 0.05}} is
+// "quality": "by_error" with that error.
+void write_out_size(graph::Json& node);
 
 }  // namespace nodes

@@ -4,7 +4,6 @@
 #include "geometry/cubes/sample_points.hpp"
 #include "geometry/mesh/split.hpp"
 
-#include "graph/document/json.hpp"
 #include "graph/types/node_builder.hpp"
 #include "nodes/body_doubts.hpp"
 #include "nodes/body_figures.hpp"
@@ -315,34 +314,6 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     context.tell(body_figures(in.mesh.get(), out.cubes, solid, bending, once));
     return out;
 }
-
-// "size": "good" is "quality": "good", and "size": {"auto": {"error": 0.05}} is "quality":
-// "by_error" with that error.
-static void write_out_size(graph::Json& node)
-{
-    graph::Json* const params = node.find("params");
-    graph::Json* const size = params ? params->find("size") : nullptr;
-    if (!size || params->find("quality")) return;
-    // A wrong word is told as a quality, and "2 cm" as a size.
-    if (size->text() && size->text()->find_first_of("=0123456789") == std::string::npos) {
-        graph::rename(*params, "size", "quality");
-        return;
-    }
-    graph::Json* const chosen = size->find("auto");
-    graph::Json* const error = chosen ? chosen->find("error") : nullptr;
-    if (!error || size->object()->size() != 1 || chosen->object()->size() != 1) return;
-    graph::Json value = *error;
-    *size = std::move(value);
-    graph::rename(*params, "size", "error");
-    graph::put_missing(*params, "quality", std::string("by_error"));
-}
-
-constexpr const char* size_forms = R"({ "anyOf": [
-    { "enum": ["draft", "good", "exact"] },
-    { "type": "object", "required": ["auto"], "additionalProperties": false, "properties": {
-        "auto": { "type": "object", "required": ["error"], "additionalProperties": false,
-            "properties": { "error": { "type": "number", "minimum": 0.001, "maximum": 1 } } } } }
-] })";
 
 constexpr const char* how_inside =
     "How inside is decided (method solid); six rays along the axes vote. winding: by the number of "
