@@ -60,16 +60,20 @@ static geometry::VoxelGrid grid_of_size(const Inputs& in, const geometry::Box& b
     return geometry::fit_grid(box, size);
 }
 
+static geometry::Box box_of_points(const Inputs& in)
+{
+    geometry::Box box;
+    for (const auto& set : in.points) box.add(geometry::finite_bounds(set->positions));
+    return box;
+}
+
+// Of what places the grid.
 static geometry::Box box_of(const Inputs& in)
 {
     if (in.mesh && !in.mesh->triangles().empty()) return geometry::triangle_bounds(*in.mesh);
     geometry::Box box;
-    if (!in.points.empty()) {
-        for (const auto& set : in.points) box.add(geometry::finite_bounds(set->positions));
-    } else if (in.mesh) {
-        box = geometry::finite_bounds(in.mesh->positions);
-    }
-    return box;
+    if (in.mesh) box = geometry::finite_bounds(in.mesh->positions);
+    return in.method == Method::samples && box.empty() ? box_of_points(in) : box;
 }
 
 static geometry::VoxelGrid grid_for(const Inputs& in)
@@ -77,7 +81,17 @@ static geometry::VoxelGrid grid_for(const Inputs& in)
     const geometry::Box box = box_of(in);
     const double size =
         in.size > 0 || box.empty() ? in.size : geometry::size_for(box, in.resolution);
-    return grid_of_size(in, box, size);
+    geometry::VoxelGrid grid = grid_of_size(in, box, size);
+    if (in.method != Method::samples) return grid;
+    // Samples beyond the mesh that places the grid have cubes there.
+    const geometry::Box points = box_of_points(in);
+    for (int k = 0; k < 3; ++k) {
+        const double rounding = 0.01 * size, end = grid.origin[k] + size * grid.cells[k];
+        const bool within =
+            points.lo[k] >= grid.origin[k] - rounding && points.hi[k] <= end + rounding;
+        if (!within) grid.cells[k] = 0;
+    }
+    return grid;
 }
 
 constexpr const char* needs_points =

@@ -131,6 +131,44 @@ TEST(AnyGeometry, AScannedCloudBecomesABody)
     EXPECT_NE(told.find("use method = surface"), std::string::npos) << told;
 }
 
+// The box is 10 cubes long from -0.5 m on. Its last cube holds its upper face, where no sample lies
+// beyond that.
+TEST(AnyGeometry, SamplesBeyondTheMeshThatPlacesTheGridHaveCubesThere)
+{
+    const files::Folder folder;
+    folder.write("a.xyz", "2.05 0.05 0.05\n-3.05 0.05 0.05\n0.05 0.5 0.05\n");
+    Scene scene(reading("a.xyz") + R"(,
+        "sample": { "type": "Sample@2", "inputs": { "mesh": "read.mesh" } },
+        "box": { "type": "Primitive@1", "params": { "shape": "box", "box": { "size": [1, 1, 1] } } },
+        "cubes": { "type": "Voxelize@1", "inputs": { "points": "sample.points", "mesh": "box.mesh" },
+                   "params": { "size": 0.1 } })",
+                folder.path);
+    const auto cubes = scene.at<Cubes>("cubes");
+    EXPECT_EQ(cubes->cell, (std::vector<geometry::Vec3i>{{-26, 5, 5}, {25, 5, 5}, {5, 9, 5}}));
+    EXPECT_LT((cubes->origin - geometry::Vec3::Constant(-0.5)).norm(), 1e-6);
+}
+
+// Beside points that lie elsewhere: of the cloud itself, and of samples.
+TEST(AnyGeometry, ACloudPlacesTheGrid)
+{
+    const files::Folder folder;
+    folder.write("cloud.xyz", "0 0 0\n1 0 0\n0 1 1\n");
+    folder.write("far.xyz", "5.03 0.01 0.02\n");
+    for (const char* method : {"surface", "samples"}) {
+        Scene scene(reading("cloud.xyz") + fmt::format(R"(,
+            "far": {{ "type": "ReadMesh@1", "params": {{ "path": "far.xyz" }} }},
+            "sample": {{ "type": "Sample@2", "inputs": {{ "mesh": "far.mesh" }} }},
+            "cubes": {{ "type": "Voxelize@1",
+                       "inputs": {{ "points": "sample.points", "mesh": "read.mesh" }},
+                       "params": {{ "size": 0.3, "method": "{}" }} }})",
+                                                       method),
+                    folder.path);
+        // 4 cubes of 0.3 m about the middle of 1 m.
+        EXPECT_LT((scene.at<Cubes>("cubes")->origin - geometry::Vec3::Constant(-0.1)).norm(), 1e-6)
+            << method;
+    }
+}
+
 // Two lines, one closed, in centimetres: a curve each, on a frame of its own. The ring's box is a
 // metre wide, its lowest point goes to the ground.
 TEST(AnyGeometry, LinesBecomeSkeletons)
