@@ -14,6 +14,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -26,7 +27,8 @@ inline double count_cubes(const graph::Value& cubes)
     return static_cast<double>(cubes.as<geometry::Cubes>()->count());
 }
 
-// kg/m^3; not a number where the cubes are not all of one density.
+// kg/m^3, of the material; not a number where the cubes are not all of one density. The mass of a
+// cube is less than density * fill where min_fill counts cubes as fuller than they are.
 inline double one_density(const geometry::Cubes& cubes)
 {
     const double per_fill = std::pow(cubes.size, 3);
@@ -35,7 +37,12 @@ inline double one_density(const geometry::Cubes& cubes)
         const double density = cubes.mass[c] / (cubes.fill[c] * per_fill);
         least = std::min(least, density), most = std::max(most, density);
     }
-    return most - least <= 1e-4 * most ? most : graph::Figure::unknown;
+    if (!(most - least <= 1e-4 * most)) return graph::Figure::unknown;
+    const auto& all = cubes.matters;
+    const bool one = !all.empty() && std::all_of(all.begin(), all.end(), [&](const auto& m) {
+        return m.density == all[0].density;
+    });
+    return one ? all[0].density : most;
 }
 
 // The mass moments of cubes at rest, with the mass of bricks.
@@ -84,9 +91,9 @@ inline bool encloses(const geometry::TriMesh& mesh)
 // the stiffness in bending of the part that is most wrong, times the true one; not a number where
 // it is not known. Of open meshes, of surfaces and without a mesh nothing is known to compare with;
 // of cubes of several densities volume and stiffness alone are. `once`: cubes hold once what is in
-// several parts of the mesh.
+// several parts of the mesh. `total`: the mass that is asked for, kg; 0: none.
 inline graph::Figures body_figures(const geometry::TriMesh* mesh, const geometry::Cubes& cubes,
-                                   bool solid, double bending, bool once = false)
+                                   bool solid, double bending, bool once = false, double total = 0)
 {
     constexpr double unknown = graph::Figure::unknown;
     geometry::TriMesh faces;  // as the cubes are made of them
@@ -102,11 +109,12 @@ inline graph::Figures body_figures(const geometry::TriMesh* mesh, const geometry
     const auto of_mass = [&](double x) { return std::isnan(density) ? unknown : exact(x); };
     double volume = 0;
     for (const double fill : cubes.fill) volume += fill * std::pow(cubes.size, 3);
-    graph::Figures out{"body",
-                       {{"cubes", static_cast<double>(cubes.count())},
-                        {"size of a cube, m", cubes.size},
-                        {"volume, m^3", volume, exact(body.mass)},
-                        {"mass, kg", model.mass, of_mass(density * body.mass)}}};
+    graph::Figures out{
+        "body",
+        {{"cubes", static_cast<double>(cubes.count())},
+         {"size of a cube, m", cubes.size},
+         {"volume, m^3", volume, exact(body.mass)},
+         {"mass, kg", model.mass, of_mass(total > 0 ? total : density * body.mass)}}};
     for (int k = 0; k < 3; ++k) {
         out.all.push_back(
             {fmt::format("centre {}, m", "xyz"[k]), model.centre[k], of_mass(body.centre[k])});

@@ -325,7 +325,7 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     warn_of_odd_young(body.cubes, context);
     Outputs out{std::move(body.cubes)};
     const bool once = in.pieces == Pieces::merge || in.pieces == Pieces::apart;
-    context.tell(body_figures(in.mesh.get(), out.cubes, solid, bending, once));
+    context.tell(body_figures(in.mesh.get(), out.cubes, solid, bending, once, in.total_mass));
     return out;
 }
 
@@ -363,6 +363,10 @@ constexpr const char* about_size =
     "Edge of a cube; 0: from `resolution`. Documents may also say \"draft\", \"good\" or "
     "\"exact\", "
     "which is that quality, or {\"auto\": {\"error\": 0.05}}, which is that error.";
+constexpr const char* about_min_fill =
+    "Smallest fill of a cube: no cube is lighter or softer than one filled to this share, however "
+    "little of the model it holds. The mass that this adds is taken from all cubes in proportion: "
+    "the density that LocalMatter and Render know is then less than that of the material.";
 constexpr const char* about_max_cubes =
     "Limit on the number of cubes. Exceeding it is an error that names a size that fits; a size "
     "that `quality` chooses does not exceed it.";
@@ -460,10 +464,7 @@ void add_to(graph::Registry& registry)
                "Total mass to which all masses are scaled; 0: masses follow from densities (or "
                "samples).",
                {0, 1e15, "kg"})
-        .param("min_fill", &Inputs::min_fill,
-               "Smallest fill of a cube: no cube is lighter or softer than one filled to this "
-               "share, however little of the model it holds.",
-               {0, 1, ""})
+        .param("min_fill", &Inputs::min_fill, about_min_fill, {0, 1, ""})
         .param("max_cubes", &Inputs::max_cubes, about_max_cubes, {1, 1e9, "cubes"})
         .check(check)
         .output("cubes", &Outputs::cubes,

@@ -75,7 +75,8 @@ std::vector<std::string> value_names(const Cubes& cubes);
 // Of such values over the cubes, the mean by the volume that fills them.
 Spread value_spread(const Cubes& cubes, std::string_view name);
 
-// Of what fills each cube. C, kg/m^3.
+// mass / (fill * size^3) of each cube. C, kg/m^3. Less than the density of the material where
+// min_fill counts cubes as fuller than they are (fill_cubes.hpp).
 std::vector<double> material_densities(const Cubes& cubes);
 
 }  // namespace geometry

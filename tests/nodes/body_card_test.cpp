@@ -108,6 +108,27 @@ TEST(BodyCard, OfSeveralDensitiesTheMassOfTheMeshIsNotKnown)
     EXPECT_TRUE(std::isnan(nodes::one_density(cubes)));
 }
 
+// A plate of 1 mm in cubes of 0.1 m: of each a hundredth, which min_fill counts as two.
+TEST(BodyCard, TheMassOfTheMeshIsThatOfItsMaterial)
+{
+    const geometry::TriMesh plate = geometry::box({1, 0.001, 1}, {1, 1, 1});
+    const auto mass = [&](double total) {
+        geometry::VoxelOptions options;
+        options.total_mass = total;
+        const geometry::Cubes cubes = geometry::voxelize_solid(
+            plate,
+            geometry::FaceMatter{{}, {{.density = 1000}, {.density = 1000, .young = 1e9}}, {}},
+            geometry::Inside::winding, 0, {0.1, {-0.5, -0.05, -0.5}, geometry::Vec3i::Zero()},
+            options);
+        return nodes::body_figures(&plate, cubes, true, 1, false, total).all[3];
+    };
+    for (const double total : {0.0, 7.0}) {
+        const double known = total > 0 ? total : 1;
+        EXPECT_NEAR(mass(total).value, known, 1e-6);
+        EXPECT_NEAR(mass(total).of, known, 1e-6);
+    }
+}
+
 // A mesh of one density is no measure for where the mass of two lies.
 TEST(BodyCard, OfSeveralDensitiesTheCentreAndTheInertiaOfTheMeshAreNotKnown)
 {
