@@ -5,6 +5,16 @@
 #include <stdexcept>
 
 namespace runtime {
+namespace {
+
+std::string without_outer_blanks(const std::string& text)
+{
+    const std::size_t first = text.find_first_not_of(" \t");
+    if (first == std::string::npos) return {};
+    return text.substr(first, text.find_last_not_of(" \t") + 1 - first);
+}
+
+}  // namespace
 
 Vary parse_vary(std::string_view text)
 {
@@ -19,19 +29,22 @@ Vary parse_vary(std::string_view text)
 
     std::string value;
     int depth = 0;
-    bool quoted = false;
+    bool quoted = false, escaped = false;
     for (const char c : text.substr(equals + 1)) {
-        if (c == '"') quoted = !quoted;
-        if (!quoted) depth += (c == '[' || c == '{') - (c == ']' || c == '}');
+        if (c == '"' && !escaped) quoted = !quoted;
+        escaped = quoted && c == '\\' && !escaped;
+        if (!quoted) {
+            depth += (c == '[' || c == '{' || c == '(') - (c == ']' || c == '}' || c == ')');
+        }
         if (c == ',' && depth == 0 && !quoted) {
-            out.values.push_back(std::move(value));
+            out.values.push_back(without_outer_blanks(value));
             value.clear();
         } else {
             value += c;
         }
     }
     if (depth != 0 || quoted) refuse("a bracket or quote is not closed");
-    out.values.push_back(std::move(value));
+    out.values.push_back(without_outer_blanks(value));
     for (const std::string& v : out.values) {
         if (v.empty()) refuse("a value is empty");
     }

@@ -12,7 +12,8 @@ struct Vary {
     std::vector<std::string> values;  // each as after `=` in graph::Override
 };
 
-// Values are parted by commas outside of brackets and quotes, so that a vector is one value. Throws
+// Values are parted by commas outside of brackets, parentheses and quotes, so that a vector is one
+// value, and so is a call in an expression. Blanks around a value are left out. Throws
 // std::invalid_argument on anything that does not read node.param=a,b,c.
 Vary parse_vary(std::string_view text);
 

@@ -458,7 +458,13 @@ TEST(Vary, ValuesAreSplitOutsideBracketsAndQuotes)
     const Vary v = parse_vary(R"(pin.box.size=[1,2,3],"a,b",0.5)");
     EXPECT_EQ(v.target, "pin.box.size");
     EXPECT_EQ(v.values, (std::vector<std::string>{"[1,2,3]", "\"a,b\"", "0.5"}));
-    for (const char* wrong : {"", "a", "a=1", "a.b=", "a.b=1,,2", "a.b=[1,2"}) {
+    const auto values = [](const char* text) { return parse_vary(text).values; };
+    using Values = std::vector<std::string>;
+    EXPECT_EQ(values("c.size==max(0.2, 0.1),0.25"), (Values{"=max(0.2, 0.1)", "0.25"}));
+    EXPECT_EQ(values(R"(a.text="5\",6","\\",7)"), (Values{R"("5\",6")", R"("\\")", "7"}));
+    EXPECT_EQ(values("a.b= 0.1, 0.2 "), (Values{"0.1", "0.2"}));
+    for (const char* wrong :
+         {"", "a", "a=1", "a.b=", "a.b=1,,2", "a.b=1, ,2", "a.b=[1,2", "a.b==max(1,2"}) {
         EXPECT_THROW(parse_vary(wrong), std::invalid_argument) << wrong;
     }
 }
