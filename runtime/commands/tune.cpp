@@ -23,13 +23,15 @@ struct Dial {
     std::string target;
     double value = 0;  // in the document
     bool counts = false;
-    double most = infinity;
+    double least = -infinity, most = infinity;
+    std::string cubes;  // the node's output "cubes" as node.port; empty: it has none
 
     double at(int halvings) const { return std::ldexp(value, counts ? halvings : -halvings); }
     bool allows(int halvings) const
     {
         const double there = at(halvings);
-        return there <= most && (!counts || (there >= 1 && there == std::floor(there)));
+        return there >= least && there <= most &&
+               (!counts || (there >= 1 && there == std::floor(there)));
     }
 };
 
@@ -92,7 +94,12 @@ std::optional<Dial> dial_of(const graph::Graph& graph, const graph::Node& node,
     if (!number) return std::nullopt;
     const bool whole = found.param->kind == graph::ParamKind::integer;
     if (whole && *number == 0) return std::nullopt;  // the node chooses a number itself
-    return Dial{node.name + "." + path, *number, whole};
+    const auto& outputs = node.type->outputs;
+    const bool cubes = std::any_of(outputs.begin(), outputs.end(),
+                                   [](const graph::OutputPort& o) { return o.name == "cubes"; });
+    const graph::Limits& limits = found.param->limits;
+    return Dial{node.name + "." + path,           *number, whole, limits.min, limits.max,
+                cubes ? node.name + ".cubes" : ""};
 }
 
 constexpr auto size_path = "size", steps_path = "step.substeps", step_error_path = "step.error";
@@ -170,7 +177,7 @@ std::optional<Dial> find_steps(const graph::Graph& graph, const std::string& giv
     const auto steps = find_dial(graph, given, steps_path, "--steps");
     if (steps) return steps;
     auto error = find_dial(graph, given, step_error_path, "--steps");
-    if (error) error->most = std::max(error->value, most_step_error);
+    if (error) error->most = std::min(error->most, std::max(error->value, most_step_error));
     return error;
 }
 
@@ -259,10 +266,14 @@ private:
         while (!out_.cancelled && static_cast<int>(tried.size()) < options_.most) {
             if (tried.size() >= 3 && best_of(tried, wanted)) break;
             if (!tried.empty() && 8 * tried.back().cubes > options_.most_cubes) break;
+            if (!tried.empty() && !dial.allows(finest + 1)) break;
             refine();
         }
+        const bool at_end = !dial.allows(finest + 1);
+        // It takes three settings to know errors: coarser ones where finer ones are not allowed.
         while (!out_.cancelled && static_cast<int>(tried.size()) < options_.most &&
-               dial.allows(coarsest - 1) && suits(tried.front(), tried, wanted)) {
+               dial.allows(coarsest - 1) &&
+               (suits(tried.front(), tried, wanted) || (at_end && tried.size() < 3))) {
             tried.insert(tried.begin(), cook(dial, --coarsest, cubes));
             if (!out_.cancelled) estimate(tried);
         }
@@ -270,6 +281,7 @@ private:
         const Tuned* best = best_of(tried, wanted);
         out_.reached &= best != nullptr;
         if (!best) {
+            if (at_end) out_.at_end = dial.target;
             best =
                 &*std::min_element(tried.begin(), tried.end(), [](const Tuned& a, const Tuned& b) {
                     return a.error < b.error;
@@ -303,9 +315,7 @@ private:
         SweepOptions sweep_options = options_.sweep;
         if (sweep_options.measures.empty()) sweep_options.measures = measures_;
         sweep_options.pictures = false;
-        if (cubes && options_.count_cubes) {
-            sweep_options.keep = dial.target.substr(0, dial.target.find('.')) + ".cubes";
-        }
+        if (cubes && options_.count_cubes) sweep_options.keep = dial.cubes;
         for (const graph::Override& s : out_.recommended) {
             sweep_options.varied.push_back({s.target, {s.value}});
         }

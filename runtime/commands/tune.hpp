@@ -57,6 +57,7 @@ struct Tuning {
     // Cubes of it, where they are solids with stiffness = filled; 0: others, or unknown.
     double filled = 0;
     bool reached = false;  // the error that was asked for
+    std::string at_end;    // the parameter whose range ended before that; empty: none
     bool cancelled = false;
 };
 

@@ -106,8 +106,10 @@ std::string recommendation(const Tuning& tuning, double wanted)
     }
     return fmt::format(
         "No setting is known to be within {:g} %; the nearest is {} (estimated error "
-        "{}). Raise --most or --cubes to try finer ones.",
-        100 * wanted, setting, error);
+        "{}). {}",
+        100 * wanted, setting, error,
+        tuning.at_end.empty() ? "Raise --most or --cubes to try finer ones."
+                              : fmt::format("The range of {} ends there.", tuning.at_end));
 }
 
 // A thin or tilted body is often right in calibrated cubes as wide as it is thick.

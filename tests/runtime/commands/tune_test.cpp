@@ -173,6 +173,40 @@ TEST(Tune, StopsAtAnySettingWhenItIsCancelled)
     }
 }
 
+// Up to 1000 steps a frame.
+TEST(Tune, StopsAtTheEndOfTheRangeOfAParameter)
+{
+    const auto tried = [](const char* substeps) {
+        const Tuning tuning = tuned(1e-9, {{"model.step.substeps", substeps}});
+        EXPECT_FALSE(tuning.reached);
+        EXPECT_EQ(tuning.at_end, "model.step.substeps");
+        std::vector<std::string> values;
+        for (const Tuned& t : tuning.tried.at(1)) {
+            values.push_back(t.settings.back().value);
+            EXPECT_TRUE(std::isfinite(t.error)) << values.back();
+        }
+        return values;
+    };
+    EXPECT_EQ(tried("300"), (std::vector<std::string>{"150", "300", "600"}));
+    EXPECT_EQ(tried("800"), (std::vector<std::string>{"200", "400", "800"}));
+}
+
+TEST(Tune, ANodeWithoutCubesCanBeTuned)
+{
+    const toys::Folder folder;
+    TuneOptions options;
+    options.error = 0.1;
+    options.size = "model.size";
+    options.count_cubes = [](const graph::Value&) { return 1.0; };
+    Caches caches;
+    const Tuning tuning = tune(folder.write("t.json", document), models(), options, caches);
+    EXPECT_TRUE(tuning.reached);
+    for (const Tuned& t : tuning.tried.at(0)) {
+        EXPECT_EQ(t.failure, "");
+        EXPECT_EQ(t.cubes, 0);
+    }
+}
+
 TEST(Tune, PrintsATableARecommendationAndLinesOfJson)
 {
     const toys::Folder folder;
