@@ -51,13 +51,12 @@ std::string reading(const Trial& t)
     if (!t.failure.empty()) return "failed: " + t.failure;
     if (!t.incomparable.empty()) return "not comparable: " + t.incomparable;
     if (t.reference) {
-        return fmt::format("reference, {:.3g} ms per frame{}", 1e3 * t.frame_seconds, values_of(t));
+        return fmt::format("reference, {}{}", time_of(t), values_of(t));
     }
     const std::string share = std::isnan(t.relative)
                                   ? "no relative error: the reference is 0 or does not move"
                                   : fmt::format("{:.2g} %", 100 * t.relative);
-    return fmt::format("error {:.3g} ({}), {:.3g} ms per frame{}", t.error, share,
-                       1e3 * t.frame_seconds, values_of(t));
+    return fmt::format("error {:.3g} ({}), {}{}", t.error, share, time_of(t), values_of(t));
 }
 
 StudyOptions options_of(const fs::path& file, const fs::path& folder, const CookRequest& request,
@@ -92,6 +91,8 @@ void write_plot(const std::vector<Trial>& trials, const fs::path& folder, const 
                 Console& console)
 {
     const auto path = [&](const char* name) { return (folder / name).string(); };
+    std::error_code none_there;
+    fs::remove(path("study.png"), none_there);  // of an earlier study
     replace_text(path("study.csv"), to_csv(trials));
     replace_text(path("study.gp"),
                  plot_program(trials, path("study.csv"), path("study.png"), title));

@@ -364,6 +364,14 @@ TEST_F(StudyCommand, WhatCouldNotBeComparedIsAFailure)
     EXPECT_FALSE(has(all.err, "gnuplot")) << all.err;
 }
 
+TEST_F(StudyCommand, LeavesNoPlotOfAnEarlierStudy)
+{
+    std::ofstream(folder_ / "study.png") << "an earlier one";
+    const Asked said = run({"--vary", "x.steps=1,2"});
+    EXPECT_TRUE(has(said.err, "warning: no plot was made")) << said.err;
+    EXPECT_FALSE(std::filesystem::exists(folder_ / "study.png"));
+}
+
 TEST_F(StudyCommand, AStudyThatWasStoppedIsExit130AndWritesNothing)
 {
     std::stop_source source;
@@ -440,6 +448,25 @@ TEST(StudyReport, TheQuickestSettingWithinTheErrorIsNamed)
         << soonest(trials, 0.01);
     EXPECT_NE(soonest(trials, 1e-6).find("closest is x.steps=4"), std::string::npos)
         << soonest(trials, 1e-6);
+}
+
+// As of the mass of cubes: only what runs once takes time, and the last setting is quickest.
+TEST(StudyReport, WhereNothingVariesByFrameTheTimeIsThatOfWhatRunsOnce)
+{
+    std::vector<Trial> trials{trial("1", 0.001, 0), trial("2", 0.02, 0), trial("3", 0.01, 0)};
+    trials[0].setup_seconds = 8, trials[1].setup_seconds = 4, trials[2].setup_seconds = 2;
+    EXPECT_EQ(soonest(trials, 0.05),
+              "Fastest setting within 5 %: x.steps=3 (2e+03 ms in all, error 1 %).");
+    mark_best(trials);
+    EXPECT_TRUE(trials[0].best);
+    EXPECT_FALSE(trials[1].best) << "3 is nearer and quicker";
+    EXPECT_TRUE(trials[2].best);
+    EXPECT_TRUE(any_to_plot(trials));
+    const std::string program = plot_program(trials, "a.csv", "a.png", "a");
+    EXPECT_TRUE(has(program, "set xlabel 'milliseconds in all'")) << program;
+    EXPECT_TRUE(has(program, "skip 1 using 6:4 with")) << program;  // setup_ms, error_relative
+    trials[0].frame_seconds = 1;
+    EXPECT_TRUE(has(plot_program(trials, "a.csv", "a.png", "a"), "skip 1 using 5:4 with"));
 }
 
 TEST(StudyReport, TheTableHasALineATrialAndQuotesWhatNeedsIt)
