@@ -9,10 +9,12 @@
 #include "geometry/cubes/pieces.hpp"
 #include "geometry/cubes/solid_matter.hpp"
 #include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/triangle_bvh.hpp"
 
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 #include <string>
 
@@ -143,6 +145,28 @@ void scale_to(std::vector<Deposit>& deposits, std::span<const double> volume, st
     std::vector<double> sum(cubes, 0.0);
     for (const Deposit& d : deposits) sum[d.cube] += d.volume;
     for (Deposit& d : deposits) d.volume *= volume[d.cube] / sum[d.cube];
+}
+
+// Cubes that faces only touch, without area in them, are full of the matter of the nearest face.
+void fill_touched(std::vector<Deposit>& deposits, const Cubes& cubes, const TriMesh& mesh,
+                  const FaceMatter& matter, double whole)
+{
+    std::vector<std::uint8_t> held(cubes.count(), 0);
+    for (const Deposit& d : deposits) held[d.cube] = 1;
+    std::vector<std::uint32_t> bare;
+    std::vector<Vec3> centres;
+    for (std::uint32_t c = 0; c < cubes.count(); ++c) {
+        if (held[c] != 0) continue;
+        bare.push_back(c);
+        const Vec3 middle = cubes.cell[c].cast<double>() + Vec3::Constant(0.5);
+        centres.push_back(cubes.origin + cubes.size * middle);
+    }
+    if (bare.empty()) return;
+    std::vector<TriangleBvh::Hit> nearest(bare.size());
+    TriangleBvh(mesh).closest(centres, std::numeric_limits<double>::infinity(), nearest);
+    for (std::size_t i = 0; i < bare.size(); ++i) {
+        deposits.push_back({bare[i], matter.of(nearest[i].triangle), whole});
+    }
 }
 
 // Several sets of samples as one list, each with the matters of all.
@@ -318,6 +342,7 @@ Cubes voxelize_surface(const TriMesh& mesh, const FaceMatter& matter, double thi
         if (full) {
             scale_to(deposits, std::vector<double>(cubes.count(), cube_volume(grid)),
                      cubes.count());
+            fill_touched(deposits, cubes, mesh, matter, cube_volume(grid));
         }
     }
     fill_cubes(cubes, matter.matters, deposits, options);

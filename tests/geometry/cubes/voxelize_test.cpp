@@ -204,6 +204,23 @@ TEST(Voxelize, SamplesThatDoNotSayHowThickTheyAreFillTheirCubes)
     EXPECT_NEAR(total_mass(thin), 5, 1e-9);
 }
 
+// A sheet to x = 4 and y = 4 touches the cubes beyond, which its upper sides belong to.
+TEST(Voxelize, WithoutAThicknessCubesThatFacesTouchAreFullWhateverTheMatters)
+{
+    const TriMesh sheet = test_meshes::mesh_of(
+        {{0, 0, 0.5f}, {2, 0, 0.5f}, {4, 0, 0.5f}, {0, 4, 0.5f}, {2, 4, 0.5f}, {4, 4, 0.5f}},
+        {{0, 1, 4}, {0, 4, 3}, {1, 2, 5}, {1, 5, 4}});
+    const FaceMatter two{{0, 0, 1, 1}, {{.density = 500}, {.density = 8000}}, {}};
+    const std::size_t count = voxelize_surface(sheet, one(), 0, VoxelGrid{}, {}).count();
+    EXPECT_EQ(count, 25u);
+    const Cubes cubes = voxelize_surface(sheet, two, 0, VoxelGrid{}, {});
+    ASSERT_EQ(cubes.count(), count);
+    EXPECT_EQ(cubes.fill, std::vector<double>(count, 1.0));
+    for (std::size_t c = 0; c < count; ++c) {
+        EXPECT_NEAR(cubes.mass[c], cubes.cell[c].x() < 2 ? 500 : 8000, 1e-6) << c;
+    }
+}
+
 TEST(Voxelize, ASheetInASolidIsAsThickAsItIsSaidToBe)
 {
     // Across the middle of 4 x 4 cubes, with nothing inside it.
