@@ -263,17 +263,30 @@ std::vector<Deposit> deposits_of(std::span<const Samples* const> sets, const Sam
     return deposits;
 }
 
-// Scales the densities of sets that state their mass.
-void keep_masses(std::span<const Samples* const> sets, std::span<const Deposit> deposits,
-                 std::span<const std::size_t> ends, SampleList& list)
+double mass_of(std::span<const Deposit> deposits, std::span<const Matter> matters)
 {
+    double mass = 0;
+    for (const Deposit& d : deposits) mass += matters[d.matter].density * d.volume;
+    return mass;
+}
+
+// Scales the densities of sets that state their mass. Where others leave a set no room at all, its
+// samples add that mass in next to no volume.
+void keep_masses(std::span<const Samples* const> sets, std::span<Deposit> deposits,
+                 std::span<const std::size_t> ends, double whole, SampleList& list)
+{
+    constexpr double hardly_any = 1e-12;  // of a cube
     for (std::size_t k = 0; k < sets.size(); ++k) {
-        if (!(sets[k]->total_mass > 0)) continue;
-        double mass = 0;
-        for (std::size_t i = k == 0 ? 0 : ends[k - 1]; i < ends[k]; ++i) {
-            mass += list.matters[deposits[i].matter].density * deposits[i].volume;
+        const std::size_t begin = k == 0 ? 0 : ends[k - 1];
+        const std::span<Deposit> own = deposits.subspan(begin, ends[k] - begin);
+        if (!(sets[k]->total_mass > 0) || own.empty()) continue;
+        double mass = mass_of(own, list.matters);
+        if (!(mass > 0)) {
+            const double volume = hardly_any * whole / static_cast<double>(own.size());
+            for (Deposit& d : own) d.volume = volume;
+            mass = mass_of(own, list.matters);
         }
-        for (std::size_t m = 0; mass > 0 && m < sets[k]->matters.size(); ++m) {
+        for (std::size_t m = 0; m < sets[k]->matters.size(); ++m) {
             list.matters[list.matter_from[k] + m].density *= sets[k]->total_mass / mass;
         }
     }
@@ -300,11 +313,11 @@ Cubes voxelize_samples(std::span<const Samples* const> sets, const VoxelGrid& gr
     Cubes cubes = with_corners(grid, cells);
     const CellIndex index(std::move(cells), cubes.cell);
     std::vector<std::size_t> ends;
-    const std::vector<Deposit> deposits =
+    std::vector<Deposit> deposits =
         deposits_of(sets, list, index, cube_volume(grid), cubes.count(), ends);
     VoxelOptions asked = options;
     if (sets.size() > 1) {
-        keep_masses(sets, deposits, ends, list);
+        keep_masses(sets, deposits, ends, cube_volume(grid), list);
     } else if (asked.total_mass == 0) {
         asked.total_mass = sets[0]->total_mass;
     }

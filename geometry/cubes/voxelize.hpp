@@ -22,7 +22,8 @@ namespace geometry {
 Cubes voxelize_samples(const Samples& samples, const VoxelGrid& grid, const VoxelOptions& options);
 
 // The same of several sets, whose matters stay their own. Samples that do not say what they fill
-// share what the others leave of their cube; a set's total_mass is kept, by scaling its densities.
+// share what the others leave of their cube; a set's total_mass is kept, by scaling its densities,
+// also where the others leave it nothing: it then adds mass without volume.
 // An attribute is the mean over samples of sets that have it, and 0 in cubes of none.
 Cubes voxelize_samples(std::span<const Samples* const> sets, const VoxelGrid& grid,
                        const VoxelOptions& options);

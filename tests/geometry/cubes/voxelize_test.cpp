@@ -275,6 +275,28 @@ TEST(Voxelize, SetsOfSamplesKeepTheirMattersAndMasses)
     EXPECT_NEAR(alone.matters[0].density, 800, 0);
 }
 
+// A block fills its cube, and a coat that would have the rest of it states 5 kg.
+TEST(Voxelize, TheMassOfASetOfSamplesWithoutRoomIsAdded)
+{
+    Samples block, coat;
+    block.matters = {{.density = 100, .young = 1e5}};
+    block.positions = {{0.5f, 0.5f, 0.5f}};
+    block.mass = {100};
+    block.matter = {0};
+    coat.matters = {{.density = 800, .young = 9e5}};
+    coat.positions = {{0.2f, 0.5f, 0.5f}, {0.9f, 0.5f, 0.5f}};
+    coat.mass = {2.5, 2.5};
+    coat.matter = {0, 0};
+    coat.bulk = 0;
+    coat.total_mass = 5;
+    const Samples* const sets[] = {&block, &coat};
+    const Cubes cubes = voxelize_samples(sets, VoxelGrid{}, {});
+    ASSERT_EQ(cubes.count(), 1u);
+    EXPECT_NEAR(cubes.mass[0], 105, 1e-9);
+    EXPECT_NEAR(cubes.fill[0], 1, 1e-12);
+    EXPECT_NEAR(cubes.young[0], 1e5, 1e-3);
+}
+
 TEST(Voxelize, ACubeThatIsMerelyTouchedTakesAfterANeighbour)
 {
     Cubes cubes = geometry::solid_cubes({{0, 0, 0}, {1, 1, 1}, {5, 0, 0}}, 1);
