@@ -440,6 +440,14 @@ std::string to_csv(const std::vector<Trial>& trials)
     return out;
 }
 
+// Within apostrophes, those inside doubled: gnuplot takes all else as it is.
+static std::string gnuplot_quoted(const std::string& text)
+{
+    std::string out = "'";
+    for (const char c : text) out.append(c == '\'' ? 2 : 1, c);
+    return out + "'";
+}
+
 std::string plot_program(const std::vector<Trial>& trials, const std::string& csv_file,
                          const std::string& png_file, const std::string& title)
 {
@@ -451,20 +459,21 @@ std::string plot_program(const std::vector<Trial>& trials, const std::string& cs
     for (std::size_t k = 1; k <= settings; ++k) label += fmt::format(".' '.strcol({})", k);
     return fmt::format(
         "set terminal pngcairo size 960,640 enhanced font 'sans,10'\n"
-        "set output '{png}'\n"
+        "set output {png}\n"
         "set datafile separator ','\n"
-        "set title '{title}' noenhanced\n"
+        "set title {title} noenhanced\n"
         "set xlabel 'milliseconds {per}'\n"
         "set ylabel 'relative error'\n"
         "set logscale xy\nset format y '%.0e'\nset grid\nset key top right\nset offsets graph 0.1, "
         "graph 0.15, graph 0.1, graph 0.1\n"
-        "plot '{csv}' skip 1 using {ms}:{rel} with points pt 7 lc rgb '#888888' title 'tried', \\\n"
+        "plot {csv} skip 1 using {ms}:{rel} with points pt 7 lc rgb '#888888' title 'tried', \\\n"
         "     '' skip 1 using {ms}:(column({best}) == 1 ? column({rel}) : NaN) with points pt 7 ps "
         "1.6 lc rgb '#d0561f' title 'best choices', \\\n"
         "     '' skip 1 using {ms}:{rel}:({label}) with labels offset 1,0.6 left font ',8' "
         "noenhanced "
         "notitle\n",
-        fmt::arg("png", png_file), fmt::arg("title", title), fmt::arg("csv", csv_file),
+        fmt::arg("png", gnuplot_quoted(png_file)), fmt::arg("title", gnuplot_quoted(title)),
+        fmt::arg("csv", gnuplot_quoted(csv_file)),
         fmt::arg("per", by_frame ? "per frame" : "in all"), fmt::arg("ms", ms),
         fmt::arg("rel", relative), fmt::arg("best", best), fmt::arg("label", label));
 }

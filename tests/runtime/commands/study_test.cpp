@@ -469,6 +469,15 @@ TEST(StudyReport, WhereNothingVariesByFrameTheTimeIsThatOfWhatRunsOnce)
     EXPECT_TRUE(has(plot_program(trials, "a.csv", "a.png", "a"), "skip 1 using 5:4 with"));
 }
 
+TEST(StudyReport, AnApostropheInANameIsDoubledForGnuplot)
+{
+    const std::string program =
+        plot_program({trial("1", 0.5, 1)}, "it's/a.csv", "it's/a.png", "it's: x");
+    EXPECT_TRUE(has(program, "set output 'it''s/a.png'\n")) << program;
+    EXPECT_TRUE(has(program, "set title 'it''s: x' noenhanced\n")) << program;
+    EXPECT_TRUE(has(program, "plot 'it''s/a.csv' skip 1")) << program;
+}
+
 TEST(StudyReport, TheTableHasALineATrialAndQuotesWhatNeedsIt)
 {
     std::vector<Trial> trials{trial("[1,2]", 0.5, 1)};
