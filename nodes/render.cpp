@@ -1,24 +1,13 @@
 #include "graph/document/frame_path.hpp"
 #include "graph/document/json.hpp"
 #include "graph/types/node_builder.hpp"
-#include "nodes/render_blur.hpp"
-#include "nodes/render_burn_in.hpp"
-#include "nodes/render_colour.hpp"
 #include "nodes/render_hints.hpp"
-#include "nodes/render_layers.hpp"
-#include "nodes/render_shown.hpp"
+#include "nodes/render_inputs.hpp"
+#include "nodes/render_things.hpp"
 #include "nodes/render_unseen.hpp"
 #include "nodes/render_upgrade.hpp"
-#include "nodes/render_view.hpp"
-#include "nodes/wire_types.hpp"
-#include "physics/state/state_models.hpp"
-#include "render/cube_quantity.hpp"
 #include "render/draw.hpp"
-#include "render/extent.hpp"
 #include "render/four_views.hpp"
-#include "render/legend.hpp"
-#include "render/marker.hpp"
-#include "render/mesh_surface.hpp"
 #include "render/stage.hpp"
 
 #include <algorithm>
@@ -31,63 +20,6 @@ namespace nodes::render {
 
 static constexpr double degrees = 3.141592653589793 / 180;
 static const Vec3f white{1, 1, 1};
-
-struct CubeParams {
-    enum class Draw { none, wire, solid } draw = Draw::solid;
-    bool by_attribute = false;
-    double scale = 0.94;
-};
-
-// In the order of render::Antialias.
-enum class Quality { draft, preview, standard, final };
-
-struct Inputs {
-    std::vector<graph::Wire<geometry::TriMesh>> mesh, before;
-    graph::Wire<physics::LayeredScene> layers;
-    graph::Wire<geometry::TriMesh> rest, shot;
-    std::shared_ptr<const ::render::Extent> extent;
-    graph::Wire<::render::Camera> view;
-    graph::Wire<geometry::Cubes> cubes;
-    graph::Wire<physics::State> state;
-    graph::Wire<geometry::Samples> points;
-    std::vector<graph::Wire<physics::Pins>> pins;
-    std::vector<graph::Wire<physics::Force>> forces;
-    std::vector<graph::Wire<physics::Collider>> colliders;
-    Numbers values;
-    std::shared_ptr<const ::render::CubeShell> shell;
-    std::shared_ptr<const ::render::SurfaceLayout> layout;
-    int width = 960, height = 540;
-    ::render::Style look = ::render::Style::studio;
-    Quality quality = Quality::standard;
-    ::render::Linear linear = ::render::Linear::none;
-    CameraParams camera;
-    LightParams light;
-    GroundParams ground;
-    BackdropParams backdrop;
-    ColourParams colour;
-    CubeParams cube;
-    ShowParams show;
-    bool legend = true;
-    std::string label;
-    BurnInParams burn_in;
-    BlurParams motion_blur;
-};
-struct Outputs {
-    ::render::Image image;
-};
-
-static void describe(graph::ParamsOf<CubeParams>& p)
-{
-    p.choice("draw", &CubeParams::draw, {"none", "wire", "solid"},
-             "How linked cubes are drawn: not at all, their edges, or solid.")
-        .param("by_attribute", &CubeParams::by_attribute,
-               "Whether solid cubes take the colour of `colour.attribute`; otherwise that of their "
-               "component.")
-        .param("scale", &CubeParams::scale,
-               "Size at which a solid cube is drawn, as a share of its own, so that neighbours can "
-               "be told apart.",
-               {0.05, 1});
-}
 
 static ::render::Look look_of(const Inputs& in)
 {
@@ -158,163 +90,6 @@ static ::render::Camera camera_of(const Inputs& in, const ::render::Scene& scene
     if (c.hold == CameraParams::Hold::box || points.empty()) return fit(scene.stage);
     if (round) return fit(std::span<const Vec3f>(::render::turned_about(points)));
     return fit(points);
-}
-
-// Whether what is linked beside the meshes is coloured by the attribute.
-static bool others_have(const Inputs& in, const std::string& attribute)
-{
-    return (in.cubes && in.cube.draw == CubeParams::Draw::solid && in.cube.by_attribute) ||
-           (in.layers && attribute == layers_attribute);
-}
-
-// What is coloured by the attribute of `colour`.
-struct Coloured {
-    Meshes meshes;  // all that are linked; with their displacements, where these are asked for
-    std::optional<geometry::Attribute> cubes;  // of their shell, where they are drawn by it
-};
-
-static Coloured coloured(const Inputs& in)
-{
-    const std::string& attribute = in.colour.attribute;
-    const bool moved =
-        in.colour.by == ::render::Paint::By::attribute && attribute == "displacement";
-    Coloured out{moved ? with_displacements(in.mesh, in.rest.get()) : in.mesh, std::nullopt};
-    if (in.cubes && in.cube.draw == CubeParams::Draw::solid && in.cube.by_attribute &&
-        !::render::is_category(attribute)) {
-        out.cubes = ::render::cube_quantity(attribute, *in.cubes, *in.shell,
-                                            physics::state_of(in.state, *in.cubes).get());
-    }
-    return out;
-}
-
-// One scale for all that has the attribute, in whatever order it is linked.
-static void add_legend(::render::Scene& scene, const Inputs& in, const Coloured& coloured)
-{
-    const bool by_attribute = in.colour.by == ::render::Paint::By::attribute;
-    const geometry::Attribute pressed{layers_attribute, "1", {0, 1}};
-    ColourParams colour = in.colour;
-    std::vector<const geometry::Attribute*> all;
-    for (const auto& mesh : by_attribute ? coloured.meshes : Meshes{}) {
-        const auto* const values = find_attribute(*mesh, in.colour.attribute);
-        if (values) all.push_back(values);
-    }
-    if (in.layers && by_attribute && in.colour.attribute == layers_attribute) {
-        // What is pressed most lies inside a contact: the colours of all frames are the same.
-        all.push_back(&pressed);
-        if (colour.range == ColourParams::Range::percentile) {
-            colour.range = ColourParams::Range::fit;  // these ends are no sample
-        }
-    }
-    if (coloured.cubes) all.push_back(&*coloured.cubes);
-    if (!all.empty()) scene.legend = legend_for(colour, all);
-}
-
-static void add_meshes(::render::Scene& scene, const Inputs& in, const Meshes& meshes)
-{
-    const std::string& attribute = in.colour.attribute;
-    const bool by_attribute = in.colour.by == ::render::Paint::By::attribute;
-    // A floor beside a body that has the attribute is drawn in its material.
-    const bool some = by_attribute && (any_has(meshes, attribute) || others_have(in, attribute));
-    for (std::size_t m = 0; m < meshes.size(); ++m) {
-        const auto& linked = in.mesh[m];
-        const auto before = mesh_before(in.motion_blur, in.mesh, in.before, m);
-        ::render::Surface surface;
-        surface.layout = in.layout;
-        surface.mesh = meshes[m];
-        surface.before = before;
-        if (in.colour.by == ::render::Paint::By::checker && !linked->triangles().empty()) {
-            surface.mesh = in_checkers(in.colour, surface.mesh, in.rest.get());
-        }
-        surface.paint.by = some && !has_attribute(*meshes[m], attribute)
-                               ? ::render::Paint::By::material
-                               : in.colour.by;
-        surface.paint.colour = in.colour.constant;
-        surface.paint.attribute = attribute;
-        if (by_attribute && has_attribute(*meshes[m], attribute)) {
-            surface.paint.scale = scene.legend->scale;
-        }
-        if (linked->triangles().empty()) {
-            // Of the cloud at rest, so that its points keep their size.
-            const auto radius = static_cast<float>(
-                in.show.point_size > 0
-                    ? in.show.point_size / 2
-                    : 0.0025 * geometry::bounds(in.rest ? *in.rest : *linked).diagonal());
-            scene.balls.push_back(::render::cloud_balls(*surface.mesh, surface.paint, radius));
-            if (before) scene.balls.back().before = before->positions;
-            continue;
-        }
-        if (in.show.edges) {
-            scene.lines.push_back(::render::edge_lines(*linked));
-            if (before) scene.lines.back().before = ::render::edge_lines(*before).ends;
-        }
-        scene.surfaces.push_back(std::move(surface));
-    }
-}
-
-static void add_layers(::render::Scene& scene, const Inputs& in)
-{
-    if (!in.layers) return;
-    scene.fields = layer_surfaces(*in.layers);
-    const bool by_attribute = in.colour.by == ::render::Paint::By::attribute;
-    for (::render::FieldSurface& surface : scene.fields) {
-        surface.paint = {in.colour.by, in.colour.constant, in.colour.attribute, {}};
-        if (by_attribute && scene.legend) surface.paint.scale = scene.legend->scale;
-    }
-}
-
-static void add_cubes(::render::Scene& scene, const Inputs& in,
-                      const std::optional<geometry::Attribute>& by)
-{
-    if (!in.cubes || in.cube.draw == CubeParams::Draw::none) return;
-    const auto state = physics::state_of(in.state, *in.cubes);
-    const auto x = state ? state->x : geometry::corner_positions(*in.cubes);
-    if (in.cube.draw == CubeParams::Draw::wire) {
-        scene.lines.push_back(::render::cube_lines(*in.shell, x));
-        scene.lines.back().colour = {0.01f, 0.03f, 0.06f};
-        return;
-    }
-    using By = ::render::Paint::By;
-    ::render::Surface surface;
-    surface.layout = in.shell->layout;
-    auto mesh = std::make_shared<geometry::TriMesh>(
-        ::render::solid_cubes(*in.shell, x, static_cast<float>(in.cube.scale)));
-    if (by) {
-        mesh->attributes.push_back(*by);
-        surface.paint = {By::attribute, in.colour.constant, by->name, scene.legend->scale};
-    } else if (in.cube.by_attribute || !in.cubes->component.empty()) {
-        ::render::colour_by_category(
-            *mesh, ::render::cube_quantity(in.cube.by_attribute ? in.colour.attribute : "component",
-                                           *in.cubes, *in.shell, state.get()));
-        surface.paint.by = By::vertex_colour;
-    } else {
-        surface.paint.by = By::constant;
-        surface.paint.colour = ::render::linear_from_srgb(::render::category_colour(0));
-    }
-    surface.mesh = std::move(mesh);
-    scene.surfaces.push_back(std::move(surface));
-}
-
-static void add_points(::render::Scene& scene, const Inputs& in)
-{
-    if (!in.points) return;
-    ::render::Balls balls;
-    balls.centres = in.points->positions;
-    balls.radius = static_cast<float>(in.show.point_size / 2);
-    if (in.show.point_size == 0) {
-        balls.radius = static_cast<float>(0.0025 * ::render::bounds(scene).diagonal());
-        if (scene.surfaces.empty() && scene.lines.empty()) {
-            geometry::Box box;
-            for (const auto& p : balls.centres) {
-                if (p.allFinite()) box.add(p.cast<double>());
-            }
-            balls.radius = static_cast<float>(0.0025 * box.diagonal());
-        }
-    }
-    for (const auto matter : in.points->matter) {
-        balls.colours.push_back(::render::linear_from_srgb(::render::category_colour(matter)));
-    }
-    if (balls.colours.size() != balls.centres.size()) balls.colours = {Vec3f(0.3f, 0.5f, 0.7f)};
-    scene.balls.push_back(std::move(balls));
 }
 
 static std::optional<double> ground_height(const GroundParams& ground, const geometry::Box& stage,

@@ -1,8 +1,10 @@
 #include "render/renderer.hpp"
 
 #include "render/colour.hpp"
+#include "render/draw_clear.hpp"
+#include "render/draw_shadow.hpp"
 #include "render/drawn_part.hpp"
-#include "render/gl_objects.hpp"
+#include "render/gl_passes.hpp"
 #include "render/image.hpp"
 
 #include <algorithm>
@@ -15,37 +17,7 @@
 namespace render {
 namespace {
 
-enum Unit : GLuint {
-    unit_first,
-    unit_depths,
-    unit_shadow,
-    unit_maps,
-    unit_seen,
-    unit_plain_depths,
-    unit_smooth_depths,
-    unit_fine,
-    unit_fine_depths,
-    unit_texture,
-    unit_normals  // see use_cover()
-};
-
 constexpr int alike = 64;  // see shaders/uneven.frag
-
-// What the stencil says of a pixel. Of a body, which is an object, it says that ghosts spare it.
-enum Stencil : GLint { is_backdrop, is_object, is_floor, is_uneven, is_body = 0x80 | is_object };
-constexpr GLuint all_bits = 0xff, without_body = 0x7f;
-
-void bind(GLuint framebuffer, const Target& target)
-{
-    glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
-    glViewport(0, 0, target.width, target.height);
-}
-
-void fill_screen(GLuint with_program)
-{
-    glUseProgram(with_program);
-    glDrawArrays(GL_TRIANGLES, 0, 3);
-}
 
 // Runs `with_program` on those pixels of a part only that `mark` does not discard.
 void fill_marked(GLuint mark, GLuint with_program, const DrawnPart& part)
@@ -64,11 +36,6 @@ void fill_marked(GLuint mark, GLuint with_program, const DrawnPart& part)
     fill_screen(with_program);
     glDisable(GL_STENCIL_TEST);
     glDisable(GL_SCISSOR_TEST);
-}
-
-const void* at_index(std::uint32_t i)
-{
-    return reinterpret_cast<const void*>(std::uintptr_t{i} * sizeof(std::uint32_t));
 }
 
 void upload(const GlObjects& gl, const DrawJob& job)
@@ -122,60 +89,6 @@ void draw_traced(const GlObjects& gl, const DrawJob& job, int samples, int which
     glProgramUniform2f(gl.programs.traced, 3, place.x, place.y);
     fill_screen(gl.programs.traced);
     glDisable(GL_SCISSOR_TEST);
-}
-
-void draw_traced_shadow(const GlObjects& gl, const DrawJob& job)
-{
-    if (job.traced_shadow.empty()) return;
-    const auto [x, y, width, height] = job.numbers.traced_shadow;
-    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 3, gl.traced_shadow);
-    glProgramUniform4i(gl.programs.traced_shadow, 1, x, y, width, height);
-    fill_screen(gl.programs.traced_shadow);
-}
-
-GLuint shadow_program(const GlObjects& gl, bool cut, bool glass)
-{
-    const auto& p = gl.programs;
-    if (glass) return cut ? p.shadow_clear_textured : p.shadow_clear;
-    return cut ? p.shadow_textured : p.shadow;
-}
-
-void draw_shadow(GlObjects& gl, const DrawJob& job)
-{
-    const int width = job.numbers.shadow_width, height = job.numbers.shadow_height;
-    if (gl.shadow_map.fit(std::max(width, 1), std::max(height, 1))) {
-        const GLuint name = gl.shadow_map.name;
-        glTextureParameteri(name, GL_TEXTURE_COMPARE_MODE, GL_COMPARE_REF_TO_TEXTURE);
-        glTextureParameteri(name, GL_TEXTURE_COMPARE_FUNC, GL_LEQUAL);
-        glNamedFramebufferTexture(gl.shadow_pass, GL_DEPTH_ATTACHMENT, name, 0);
-    }
-    if (width == 0) return;
-    bind(gl.shadow_pass, gl.shadow_map);
-    glEnable(GL_DEPTH_TEST);
-    glDepthFunc(GL_LESS);
-    glClearDepth(1);
-    glClear(GL_DEPTH_BUFFER_BIT);
-    glEnable(GL_POLYGON_OFFSET_FILL);
-    glPolygonOffset(1.5f, 0);
-    glEnable(GL_DEPTH_CLAMP);  // what lies before the map's box casts a shadow into it all the same
-    for (const bool clear : {false, true}) {
-        const bool glass = clear && job.numbers.frame.backdrop_horizon[3] == 1;
-        for (const Batch& batch : clear ? job.clear : job.opaque) {
-            if (!batch.shadow || batch.shape == Batch::Shape::lines) continue;
-            const bool round = batch.shape == Batch::Shape::balls;
-            const bool cut = batch.cover.texture >= 0 &&
-                             batch.cover.use.alpha != geometry::TextureUse::Alpha::ignored;
-            glUseProgram(round ? gl.programs.balls_shadow : shadow_program(gl, cut, glass));
-            if (round) glUniform1i(1, 1);
-            const auto laid_for = glass ? LaidFor::clear_shadow : LaidFor::shadow;
-            if (cut) use_cover(gl.textures, job, batch.cover, unit_texture, laid_for);
-            glDrawElements(round ? GL_POINTS : GL_TRIANGLES, GLsizei(batch.count), GL_UNSIGNED_INT,
-                           at_index(batch.first));
-        }
-    }
-    glDisable(GL_DEPTH_CLAMP);
-    glDisable(GL_POLYGON_OFFSET_FILL);
-    draw_traced_shadow(gl, job);
 }
 
 // Into the bound framebuffer. `which`: the number of the samples at `place`; -1: all middles.
@@ -301,31 +214,6 @@ void draw_edges(GlObjects& gl, const DrawJob& job, GLuint pass, const Target& to
     const GLuint edges = lit_programs(gl, job.numbers).edges;
     glProgramUniform1i(edges, 0, int(linear));
     fill_marked(gl.programs.uneven, edges, drawn_part(job));
-}
-
-void draw_clear(GlObjects& gl, const DrawJob& job)
-{
-    const LitPrograms& p = lit_programs(gl, job.numbers);
-    glEnable(GL_DEPTH_TEST);
-    glDepthFunc(GL_GREATER);
-    glDepthMask(GL_FALSE);
-    glEnable(GL_BLEND);
-    glBlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
-    glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
-    glStencilFunc(GL_NOTEQUAL, is_body, all_bits);
-    for (const Batch& batch : job.clear) {
-        (batch.ghost ? glEnable : glDisable)(GL_STENCIL_TEST);
-        const bool textured = batch.cover.any();
-        glUseProgram(textured ? p.clear_textured : p.clear);
-        if (textured) use_cover(gl.textures, job, batch.cover, unit_texture, LaidFor::picture);
-        glUniform1i(5, 0);
-        glUniform1i(3, batch.mapped);
-        glUniform1f(4, (float(batch.map) + 0.5f) / map_count);
-        glDrawElements(GL_TRIANGLES, GLsizei(batch.count), GL_UNSIGNED_INT, at_index(batch.first));
-    }
-    glDisable(GL_STENCIL_TEST);
-    glDisable(GL_BLEND);
-    glDepthMask(GL_TRUE);
 }
 
 // The edges of a diagram carry ink, which a second look would wash away.
