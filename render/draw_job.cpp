@@ -56,6 +56,11 @@ FrameNumbers numbers_of(const DrawList& list, const Look& look)
     f.soft = {float(std::tan(0.5 * look.light_size)), list.shadow.depth, float(look.occlusion),
               occlusion_reach};
     f.rim = with(to_rim(list), float(look.rim));
+    const ShadowMap& far = list.far_shadow;
+    if (far.width > 0) {
+        f.far_from_stage = columns(far.from_stage);
+        f.far_size = {float(far.width), float(far.height), far.texel, 0};
+    }
     if (!list.drawn.empty()) {
         f.drawn_low = with(list.drawn.lo.cast<float>(), 0);
         f.drawn_high = with(list.drawn.hi.cast<float>(), 0);
@@ -85,6 +90,8 @@ DrawJob draw_job(const DrawList& list, const Look& look)
     job.numbers.soft = look.soft;
     job.numbers.shadow_width = list.shadow.width;
     job.numbers.shadow_height = list.shadow.height;
+    job.numbers.far_width = list.far_shadow.width;
+    job.numbers.far_height = list.far_shadow.height;
     job.numbers.floor = piece_of(list.floor);
     job.numbers.shadowed_floor = piece_of(list.shadowed_floor);
     job.numbers.frame = numbers_of(list, look);

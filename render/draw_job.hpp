@@ -19,8 +19,10 @@ struct FrameNumbers {
     Mat4 clip_from_stage, shadow_from_stage;
     Vec4 units, eye, corner, across, down, to_light, light, sky, bounce, backdrop_top,
         backdrop_horizon, floor_colour, shadow_size, soft, rim, drawn_low, drawn_high;
+    Mat4 far_from_stage;
+    Vec4 far_size;
 };
-static_assert(sizeof(FrameNumbers) == (2 * 16 + 17 * 4) * sizeof(float));
+static_assert(sizeof(FrameNumbers) == (3 * 16 + 18 * 4) * sizeof(float));
 
 // Corners of a triangle strip, stage units.
 struct FloorPiece {
@@ -37,6 +39,7 @@ struct PictureNumbers {
     Linear linear = Linear::none;
     bool soft = false;                        // soft shadows and shade in corners
     int shadow_width = 0, shadow_height = 0;  // texels; 0: there is no shadow
+    int far_width = 0, far_height = 0;        // of the coarser map of what the first does not reach
     FloorPiece floor, shadowed_floor;
     // Parts of the picture and of its shadow map that rays have told of; see Traced.
     std::array<int, 4> traced{}, traced_shadow{};

@@ -71,7 +71,7 @@ struct View {
     float near = 0, far = 0;
 };
 
-// The key light's map of depths. Its box covers everything that casts a shadow.
+// A map of the depths that the key light sees.
 struct ShadowMap {
     int width = 0, height = 0;   // texels; 0: there is no shadow
     Eigen::Matrix4f from_stage;  // to 0..1 in x, y and depth
@@ -114,7 +114,9 @@ struct DrawList {
     Traced traced;
     StageUnits units;
     View view;
-    ShadowMap shadow;
+    // The first holds what is near the stage. What it does not reach is in a coarser one, where
+    // there is anything: of no width otherwise.
+    ShadowMap shadow, far_shadow;
     Vec3f to_light;
     std::optional<float> ground;  // stage units
     // Corners of the floor, and of the part of it that a shadow may fall on, in the order of a

@@ -16,26 +16,15 @@ void draw_traced_shadow(const GlObjects& gl, const DrawJob& job)
     fill_screen(gl.programs.traced_shadow);
 }
 
-GLuint shadow_program(const GlObjects& gl, bool cut, bool glass)
+GLuint program_for(const ShadowPrograms& p, bool cut, bool glass)
 {
-    const auto& p = gl.programs;
-    if (glass) return cut ? p.shadow_clear_textured : p.shadow_clear;
-    return cut ? p.shadow_textured : p.shadow;
+    if (glass) return cut ? p.clear_textured : p.clear;
+    return cut ? p.textured : p.plain;
 }
 
-}  // namespace
-
-void draw_shadow(GlObjects& gl, const DrawJob& job)
+// All that casts a shadow, into the bound map.
+void draw_casters(const GlObjects& gl, const DrawJob& job, const ShadowPrograms& programs)
 {
-    const int width = job.numbers.shadow_width, height = job.numbers.shadow_height;
-    if (gl.shadow_map.fit(std::max(width, 1), std::max(height, 1))) {
-        const GLuint name = gl.shadow_map.name;
-        glTextureParameteri(name, GL_TEXTURE_COMPARE_MODE, GL_COMPARE_REF_TO_TEXTURE);
-        glTextureParameteri(name, GL_TEXTURE_COMPARE_FUNC, GL_LEQUAL);
-        glNamedFramebufferTexture(gl.shadow_pass, GL_DEPTH_ATTACHMENT, name, 0);
-    }
-    if (width == 0) return;
-    bind(gl.shadow_pass, gl.shadow_map);
     glEnable(GL_DEPTH_TEST);
     glDepthFunc(GL_LESS);
     glClearDepth(1);
@@ -50,7 +39,7 @@ void draw_shadow(GlObjects& gl, const DrawJob& job)
             const bool round = batch.shape == Batch::Shape::balls;
             const bool cut = batch.cover.texture >= 0 &&
                              batch.cover.use.alpha != geometry::TextureUse::Alpha::ignored;
-            glUseProgram(round ? gl.programs.balls_shadow : shadow_program(gl, cut, glass));
+            glUseProgram(round ? programs.balls : program_for(programs, cut, glass));
             if (round) glUniform1i(1, 1);
             const auto laid_for = glass ? LaidFor::clear_shadow : LaidFor::shadow;
             if (cut) use_cover(gl.textures, job, batch.cover, unit_texture, laid_for);
@@ -60,7 +49,30 @@ void draw_shadow(GlObjects& gl, const DrawJob& job)
     }
     glDisable(GL_DEPTH_CLAMP);
     glDisable(GL_POLYGON_OFFSET_FILL);
+}
+
+void fit_map(Target& map, GLuint pass, int width, int height)
+{
+    if (!map.fit(std::max(width, 1), std::max(height, 1))) return;
+    glTextureParameteri(map.name, GL_TEXTURE_COMPARE_MODE, GL_COMPARE_REF_TO_TEXTURE);
+    glTextureParameteri(map.name, GL_TEXTURE_COMPARE_FUNC, GL_LEQUAL);
+    glNamedFramebufferTexture(pass, GL_DEPTH_ATTACHMENT, map.name, 0);
+}
+
+}  // namespace
+
+void draw_shadow(GlObjects& gl, const DrawJob& job)
+{
+    const PictureNumbers& n = job.numbers;
+    fit_map(gl.shadow_map, gl.shadow_pass, n.shadow_width, n.shadow_height);
+    fit_map(gl.far_map, gl.far_pass, n.far_width, n.far_height);
+    if (n.shadow_width == 0) return;
+    bind(gl.shadow_pass, gl.shadow_map);
+    draw_casters(gl, job, gl.programs.shadow);
     draw_traced_shadow(gl, job);
+    if (n.far_width == 0) return;
+    bind(gl.far_pass, gl.far_map);
+    draw_casters(gl, job, far_shadow_programs(gl));
 }
 
 }  // namespace render

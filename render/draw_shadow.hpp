@@ -1,6 +1,7 @@
 #pragma once
 
-// The first pass: depths as the key light sees them, into the shadow map.
+// The first pass: depths as the key light sees them, into the shadow map, and into a coarser one of
+// what lies beyond it.
 
 #include "render/draw_job.hpp"
 #include "render/gl_objects.hpp"

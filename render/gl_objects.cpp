@@ -50,8 +50,8 @@ GLuint program(const std::vector<std::string>& vertex, const std::vector<std::st
 
 std::vector<std::string> lit_by(std::string file)
 {
-    return {"shade.glsl", "octahedral.glsl", "seen_code.glsl", "penumbra.glsl",
-            "reach.glsl", "stored.glsl",     std::move(file)};
+    return {"near_map.glsl", "shade.glsl", "octahedral.glsl", "seen_code.glsl",
+            "penumbra.glsl", "reach.glsl", "stored.glsl",     std::move(file)};
 }
 
 // What the shaders of light are to know before they are compiled.
@@ -69,12 +69,29 @@ std::string lit_words(const LitKind& kind, int reads, int samples = 1)
     define("SOFT", kind.soft);
     define("GLASS", kind.glass);
     define("GRID", kind.grid);
+    define("FAR", kind.far);
     define("READS", reads);
     define("SAMPLES", samples);
     return text;
 }
 
 constexpr const char* textured = "#define TEXTURED\n";
+
+// `words`: what the shaders are to know before.
+ShadowPrograms compile_shadow_programs(const std::string& words)
+{
+    ShadowPrograms p;
+    const auto flat = [&](const std::string& more) {
+        return program({"shadow.vert"}, {"near_map.glsl", "shadow.frag"}, words + more);
+    };
+    const std::string clear = "#define CLEAR\n";
+    p.plain = flat("");
+    p.textured = flat(textured);
+    p.clear = flat(clear);
+    p.clear_textured = flat(clear + textured);
+    p.balls = program({"balls.vert"}, {"near_map.glsl", "balls_shadow.frag"}, words);
+    return p;
+}
 
 GlPrograms compile_programs()
 {
@@ -83,15 +100,10 @@ GlPrograms compile_programs()
     p.surface = program({"surface.vert"}, {"octahedral.glsl", "pack.glsl", "surface.frag"});
     p.uneven = program(screen, {"uneven.frag"});
     p.soften = program(screen, {"seen_code.glsl", "soften.frag"});
-    p.shadow = program({"shadow.vert"}, {"shadow.frag"});
     p.surface_textured = program(
         {"surface.vert"}, {"octahedral.glsl", "pack.glsl", "bent.glsl", "surface.frag"}, textured);
-    p.shadow_textured = program({"shadow.vert"}, {"shadow.frag"}, textured);
-    const std::string clear = "#define CLEAR\n";
-    p.shadow_clear = program({"shadow.vert"}, {"shadow.frag"}, clear);
-    p.shadow_clear_textured = program({"shadow.vert"}, {"shadow.frag"}, clear + textured);
+    p.shadow = compile_shadow_programs("");
     p.balls = program({"balls.vert"}, {"octahedral.glsl", "pack.glsl", "balls.frag"});
-    p.balls_shadow = program({"balls.vert"}, {"balls_shadow.frag"});
     p.traced = program(screen, lit_by("traced.frag"), lit_words({}, 2));
     p.traced_shadow = program(screen, {"traced_shadow.frag"});
     return p;
@@ -148,7 +160,7 @@ GlObjects make_gl_objects()
 {
     GlObjects gl{};
     gl.programs = compile_programs();
-    for (GLuint* name : {&gl.light_pass, &gl.finish_pass, &gl.shadow_pass}) {
+    for (GLuint* name : {&gl.light_pass, &gl.finish_pass, &gl.shadow_pass, &gl.far_pass}) {
         glCreateFramebuffers(1, name);
     }
     glCreateFramebuffers(2, gl.seen_pass.data());
@@ -164,6 +176,7 @@ GlObjects make_gl_objects()
     glSamplerParameteri(gl.smooth_depths, GL_TEXTURE_COMPARE_MODE, GL_COMPARE_REF_TO_TEXTURE);
     glSamplerParameteri(gl.smooth_depths, GL_TEXTURE_COMPARE_FUNC, GL_LEQUAL);
     glNamedFramebufferDrawBuffer(gl.shadow_pass, GL_NONE);
+    glNamedFramebufferDrawBuffer(gl.far_pass, GL_NONE);
     for (GLuint* const buffer : {&gl.vertices, &gl.uvs, &gl.indices, &gl.frame, &gl.traced,
                                  &gl.traced_samples, &gl.traced_shadow}) {
         glCreateBuffers(1, buffer);
@@ -202,12 +215,20 @@ void SampleLayers::fit(int w, int h)
     height = h;
 }
 
+const ShadowPrograms& far_shadow_programs(GlObjects& gl)
+{
+    ShadowPrograms& p = gl.programs.far_shadow;
+    if (!p.plain) p = compile_shadow_programs("#define BEYOND\n");
+    return p;
+}
+
 const LitPrograms& lit_programs(GlObjects& gl, const PictureNumbers& numbers)
 {
     const bool glass = numbers.frame.backdrop_horizon[3] == 1;
-    const LitKind kind{numbers.style, numbers.soft, glass, numbers.frame.backdrop_top[3] > 0};
-    LitPrograms& p = gl.lit[8 * std::size_t(kind.style) + (kind.soft ? 4 : 0) +
-                            (kind.glass ? 2 : 0) + (kind.grid ? 1 : 0)];
+    const LitKind kind{numbers.style, numbers.soft, glass, numbers.frame.backdrop_top[3] > 0,
+                       numbers.far_width > 0};
+    LitPrograms& p = gl.lit[16 * std::size_t(kind.style) + (kind.far ? 8 : 0) +
+                            (kind.soft ? 4 : 0) + (kind.glass ? 2 : 0) + (kind.grid ? 1 : 0)];
     if (p.object) return p;
     const std::vector<std::string> screen{"screen.vert"};
     const std::string in_shadow = "#define IN_SHADOW 1\n", floor_words = lit_words(kind, 3);
@@ -218,10 +239,11 @@ const LitPrograms& lit_programs(GlObjects& gl, const PictureNumbers& numbers)
     p.backdrop = program(screen, lit_by("backdrop.frag"), words);
     p.edges = program(screen, lit_by("edges.frag"), lit_words(kind, 2, 4) + in_shadow);
     p.clear = program({"surface.vert"}, lit_by("clear.frag"), words);
-    p.clear_textured = program({"surface.vert"},
-                               {"shade.glsl", "octahedral.glsl", "seen_code.glsl", "penumbra.glsl",
-                                "reach.glsl", "stored.glsl", "bent.glsl", "clear.frag"},
-                               words + textured);
+    p.clear_textured =
+        program({"surface.vert"},
+                {"near_map.glsl", "shade.glsl", "octahedral.glsl", "seen_code.glsl",
+                 "penumbra.glsl", "reach.glsl", "stored.glsl", "bent.glsl", "clear.frag"},
+                words + textured);
     p.finish = program(screen, lit_by("finish.frag"), words);
     if (kind.soft) {
         p.seen = program(screen, lit_by("seen.frag"), lit_words({.glass = kind.glass}, 2));

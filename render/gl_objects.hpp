@@ -66,11 +66,15 @@ struct SampleLayers {
     void fit(int w, int h);
 };
 
+// Those that draw depths into a shadow map.
+struct ShadowPrograms {
+    GLuint plain = 0, textured = 0, clear = 0, clear_textured = 0, balls = 0;
+};
+
 // One for each kind of pass that knows nothing of light.
 struct GlPrograms {
-    GLuint surface, uneven, shadow, balls, balls_shadow, soften;
-    GLuint surface_textured, shadow_textured, shadow_clear, shadow_clear_textured;
-    GLuint traced, traced_shadow;
+    GLuint surface, uneven, balls, soften, surface_textured, traced, traced_shadow;
+    ShadowPrograms shadow, far_shadow;  // the second compiled when first used
 };
 
 // Those that light what is seen, in one style.
@@ -82,23 +86,24 @@ struct LitPrograms {
 // What they are compiled for.
 struct LitKind {
     Style style = Style::plain;
-    bool soft = false, glass = false, grid = false;
+    bool soft = false, glass = false, grid = false, far = false;
 };
 
 struct GlObjects {
     GlPrograms programs;
-    std::array<LitPrograms, 8 * style_count> lit;  // compiled when first used
-    GLuint plain_depths, smooth_depths;            // samplers of the shadow map
+    std::array<LitPrograms, 16 * style_count> lit;  // compiled when first used
+    GLuint plain_depths, smooth_depths;             // samplers of the shadow map
     std::array<GLuint, 2> seen_pass;
     std::array<Target, 2> seen{Target{GL_RGBA32F}, Target{GL_RGBA32F}};  // half as wide and high
     GLuint vertex_array, textured_array;                                 // the second has uvs too
     GLuint vertices, uvs, indices, frame;
     GLuint traced, traced_samples, traced_shadow;
     GlTextures textures;
-    GLuint light_pass, finish_pass, shadow_pass;
+    GLuint light_pass, finish_pass, shadow_pass, far_pass;
     Layer layer;
     SampleLayers fine;
-    Target light{GL_RGBA16F}, picture{GL_RGBA8}, shadow_map{GL_DEPTH_COMPONENT32F}, maps{GL_RGBA8};
+    Target light{GL_RGBA16F}, picture{GL_RGBA8}, shadow_map{GL_DEPTH_COMPONENT32F},
+        far_map{GL_DEPTH_COMPONENT32F}, maps{GL_RGBA8};
 };
 
 // In the current context, whose fixed state is set as well. Throws std::runtime_error where a
@@ -106,6 +111,7 @@ struct GlObjects {
 GlObjects make_gl_objects();
 
 // Compiles them where they are not yet. Throws as make_gl_objects does.
+const ShadowPrograms& far_shadow_programs(GlObjects& gl);
 const LitPrograms& lit_programs(GlObjects& gl, const PictureNumbers& numbers);
 
 }  // namespace render

@@ -20,7 +20,8 @@ enum Unit : GLuint {
     unit_fine,
     unit_fine_depths,
     unit_texture,
-    unit_normals  // see use_cover()
+    unit_normals,  // see use_cover()
+    unit_far
 };
 
 // What the stencil says of a pixel. Of a body, which is an object, it says that ghosts spare it.

@@ -13,13 +13,17 @@ namespace {
 
 constexpr std::size_t box_grain = 8192;
 constexpr double caster_reach = 3;        // stage units, see box_along
+constexpr double far_widths = 6;          // likewise, widths of what is seen at the stage
 constexpr double widest_penumbra = 0.06;  // stage units, half of it; of shaders/seen.frag
 constexpr float floor_reach = 9;          // stage units, FLOOR_REACH of shaders/frame.glsl
 
-// The box of all drawn points in the basis `axes` (rows), stage units. Of casters only those that
-// are not too far away to matter: the shadow of the rest stays as fine as it is.
-Box box_along(const DrawList& list, const geometry::Mat3& axes, bool only_casters)
+// The box of all drawn points in the basis `axes` (rows), stage units. With a `reach` only of what
+// casts a shadow, and is no farther from the stage's centre: the shadow of the rest stays as fine
+// as it is.
+Box box_along(const DrawList& list, const geometry::Mat3& axes, std::optional<double> reach)
 {
+    const bool only_casters = reach.has_value();
+    const double reach_sq = only_casters ? *reach * *reach : 0;
     std::vector<Box> parts;
     for (const auto* batches : {&list.opaque, &list.clear}) {
         for (const Batch& batch : *batches) {
@@ -35,7 +39,7 @@ Box box_along(const DrawList& list, const geometry::Mat3& axes, bool only_caster
                     for (std::size_t i = piece * box_grain; i < stop; ++i) {
                         const auto& v = list.vertices[list.indices[batch.first + i]];
                         const Vec3 q = list.units(Vec3f(v.position.data()).cast<double>());
-                        if (only_casters && q.squaredNorm() > caster_reach * caster_reach) continue;
+                        if (only_casters && q.squaredNorm() > reach_sq) continue;
                         const Vec3 p = axes * q;
                         if (batch.shape == Batch::Shape::balls) {
                             const Vec3 r = Vec3::Constant(v.value * list.units.scale);
@@ -104,29 +108,36 @@ std::vector<Vec3f> shadowed_floor(const geometry::Mat3& axes, const Box& casters
     return corners;
 }
 
-ShadowMap shadow_map(DrawList& list, const Vec3& to_light, const Box& stage, const Look& look)
+constexpr double rim = 6;  // texels of a map left free, for the filter
+
+// Texels along the side of a square map.
+int side_of(const Look& look)
 {
-    ShadowMap map;
-    if (look.shadow == ShadowQuality::off) return map;
-    const geometry::Mat3 axes = light_axes(to_light);
-    const Box casters = box_along(list, axes, true);
-    if (casters.empty()) return map;
+    return look.shadow == ShadowQuality::low      ? 512
+           : look.shadow == ShadowQuality::medium ? 1024
+                                                  : 2048;
+}
 
-    Box box;
-    for (int k = 0; k < 8; ++k) {
-        box.add(Vec3(axes * list.units(corner_of(stage, k))));
-    }
-    box = grown_to_hold(box, casters);
-
-    // Square texels, as many as the quality affords however long and thin the box is.
-    const int side = look.shadow == ShadowQuality::low      ? 512
-                     : look.shadow == ShadowQuality::medium ? 1024
-                                                            : 2048;
-    const double rim = 6;  // texels left free, for the filter
-    const Vec3 size = box.size().cwiseMax(Vec3::Constant(1e-2));
+// Square texels, as many as the quality affords however long and thin the box is. Stage units.
+double texel_of(const Vec3& size, const Look& look)
+{
+    const int side = side_of(look);
     const double limit = 4.0 * side;
-    const double texel = std::max(std::sqrt(size.x() * size.y()) / side,
-                                  std::max(size.x(), size.y()) / (limit - 2 * rim));
+    return std::max(std::sqrt(size.x() * size.y()) / side,
+                    std::max(size.x(), size.y()) / (limit - 2 * rim));
+}
+
+Vec3 size_of(const Box& box)
+{
+    return box.size().cwiseMax(Vec3::Constant(1e-2));
+}
+
+// The map of what lies in `box`, along the light's `axes`.
+ShadowMap map_of(const Box& box, const geometry::Mat3& axes, const Look& look)
+{
+    const Vec3 size = size_of(box);
+    const double texel = texel_of(size, look);
+    ShadowMap map;
     map.width = static_cast<int>(std::ceil(size.x() / texel + 2 * rim));
     map.height = static_cast<int>(std::ceil(size.y() / texel + 2 * rim));
     map.texel = static_cast<float>(texel);
@@ -140,13 +151,53 @@ ShadowMap shadow_map(DrawList& list, const Vec3& to_light, const Box& stage, con
         m(k, 3) = 0.5 - scale[k] * centre[k];
     }
     map.from_stage = m.cast<float>();
+    return map;
+}
+
+bool holds(const Box& box, const Box& inside)
+{
+    return (box.lo.array() <= inside.lo.array()).all() &&
+           (box.hi.array() >= inside.hi.array()).all();
+}
+
+// How far from the stage things cast shadows: as far as the floor goes, and farther where the
+// picture shows more. Not by what is seen of them: a camera that turns about does not change it.
+double far_reach(const Camera& camera, const DrawList& list, const Look& look)
+{
+    const double aspect = std::max(1.0, double(look.width) / look.height);
+    const double seen =
+        2 * std::tan(camera.field_of_view / 2) * aspect * list.units(camera.eye).norm();
+    return std::clamp(far_widths * seen, double(floor_reach), 1e4);
+}
+
+void fit_shadows(DrawList& list, const Vec3& to_light, const Box& stage, const Camera& camera,
+                 const Look& look)
+{
+    if (look.shadow == ShadowQuality::off) return;
+    const geometry::Mat3 axes = light_axes(to_light);
+    Box casters = box_along(list, axes, caster_reach);
+    Box about_stage;
+    for (int k = 0; k < 8; ++k) {
+        about_stage.add(Vec3(axes * list.units(corner_of(stage, k))));
+    }
+    const Box box = grown_to_hold(about_stage, casters);
+    const double farthest = list.drawn.lo.cwiseAbs().cwiseMax(list.drawn.hi.cwiseAbs()).norm();
+    if (farthest > caster_reach) {
+        const Box all = box_along(list, axes, far_reach(camera, list, look));
+        if (!all.empty() && !holds(box, all)) {
+            list.far_shadow = map_of(grown_to_hold(box, all), axes, look);
+            casters = box;  // what is far away lies over all of the near map
+        }
+    }
+    if (casters.empty()) return;
+    list.shadow = map_of(box, axes, look);
     if (list.ground && to_light.y() > 0.01) {
-        const double apart = std::max(rim * texel, look.soft ? widest_penumbra : 0);
+        const double apart =
+            std::max(rim * texel_of(size_of(box), look), look.soft ? widest_penumbra : 0);
         const Vec3 rim_size(apart, apart, 0);
         list.shadowed_floor =
             shadowed_floor(axes, {casters.lo - rim_size, casters.hi + rim_size}, *list.ground);
     }
-    return map;
 }
 
 View view_of(const Camera& camera, const DrawList& list, const Look& look)
@@ -165,7 +216,7 @@ View view_of(const Camera& camera, const DrawList& list, const Look& look)
     }
     const geometry::Mat3 axes = camera_axes(camera);
     const Vec3 right = axes.row(0), up = axes.row(1), forward = axes.row(2);
-    const Box box = box_along(list, axes, false);
+    const Box box = box_along(list, axes, std::nullopt);
     const double eye_depth = forward.dot(eye);
     double far = box.empty() ? 2 : 1.01 * (box.hi.z() - eye_depth) + 1e-3;
     far = std::max(far, 1e-3);
@@ -254,8 +305,8 @@ DrawList make_draw_list(const Scene& scene, const Camera& camera, const Look& lo
                                     k & 2 ? floor_reach : -floor_reach);
         }
     }
-    list.drawn = box_along(list, geometry::Mat3::Identity(), false);
-    list.shadow = shadow_map(list, to_light, stage, look);
+    list.drawn = box_along(list, geometry::Mat3::Identity(), std::nullopt);
+    fit_shadows(list, to_light, stage, camera, look);
     list.view = view_of(camera, list, look);
     trace_fields(scene, look, list);
     return list;

@@ -284,6 +284,7 @@ void draw_picture(GlObjects& gl, const DrawJob& job, int which, const SamplePlac
     draw_batches(gl, job, samples, which, place);
 
     glBindTextureUnit(unit_shadow, gl.shadow_map.name);
+    glBindTextureUnit(unit_far, gl.far_map.name);
     if (numbers.soft) draw_seen(gl, job);
     if (gl.picture.fit(numbers.width, numbers.height)) {
         gl.picture.filter(GL_LINEAR);

@@ -2,7 +2,7 @@
 
 // Fills in a picture with OpenGL, in these passes:
 //
-//   shadow    depths as the key light sees them                         -> shadow map
+//   shadow    depths as the key light sees them                         -> shadow map, far map
 //   batches   what is nearest in each pixel: normal, colour, depth      -> layer
 //   seen      with soft light: which shares of it reach what is seen    -> seen
 //   light     floor, backdrop and objects lit, each where it is seen    -> picture, or light

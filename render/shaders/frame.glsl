@@ -19,6 +19,8 @@ layout(std140, binding = 0) uniform Frame {
     vec4 soft;     // x tangent of the key light's half width, y shadow depth per stage unit, z strength of occlusion, w its reach
     vec4 rim;      // to the light from behind; w its strength
     vec4 drawn_low, drawn_high;  // the box of all that is drawn; w of the first: a turn of soft light's discs
+    mat4 far_from_stage;
+    vec4 far_size; // xy texels of the far shadow map, z one of them, stage units
 };
 const float FLOOR_REACH = 9.0;  // stage units: there the floor has faded into the horizon
 // Stage units by which the floor's depth lies below it: a sheet that lies on the floor hides it, and

@@ -44,12 +44,15 @@ vec2 light_reaching(vec2 at, float depth, vec3 p, vec3 n)
     if (low > high) edge = 1.0, sharpest = sharpest_near < WIDEST ? sharpest_near : 0.0;
     float half_width = max(sharpest * depth * length(down.xyz), 1.2 * light.w);
     bool wanted = edge > 0.0 && to_light.w > 0.0 && dot(n, to_light.xyz) > 0.0;
-    Mapped on_map = mapped_to(p, n);
+    Mapped mapped = mapped_to(p, n);
     // Beside the map is nothing that casts a shadow, as in seen.frag.
-    wanted = wanted && all(greaterThanEqual(on_map.at, vec2(0.0))) && all(lessThanEqual(on_map.at, vec2(1.0)));
-    float lit = glass && wanted ? lit_phases(on_map, half_width, vec2(1.0, 0.0))
-                      : lit_places(on_map, half_width, vec2(1.0, 0.0), 16 / SAMPLES, wanted);
+    wanted = wanted && on_map(mapped.at);
+    float lit = glass && wanted ? lit_phases(mapped, half_width, vec2(1.0, 0.0))
+                      : lit_places(mapped, half_width, vec2(1.0, 0.0), 16 / SAMPLES, wanted);
     if (wanted) reach.x = mix(reach.x, lit, edge);
+#endif
+#if FAR == 1
+    reach.x *= far_share(p, n);
 #endif
     return reach;
 }

@@ -7,8 +7,8 @@
 //   by Karis 2014 (how much of the surroundings a rough surface reflects);
 //   Jimenez et al., Practical real-time strategies for accurate indirect occlusion, SIGGRAPH
 //   courses 2016 (light that bounces about in a corner keeps the corner's colour).
-// STYLE is a Style of look.hpp; GRID and GLASS are 1 where the floor has lines and where clear things
-// are glass. This OpenGL goes both ways of an if, also where all pixels would go the same one.
+// STYLE is a Style of look.hpp; GRID, GLASS and FAR are 1 where the floor has lines, where clear things
+// are glass, and where there is a far shadow map. This OpenGL goes both ways of an if, also where all pixels would go the same one.
 layout(binding = 2) uniform sampler2DShadow shadow_map;
 
 struct Material {
@@ -16,30 +16,64 @@ struct Material {
     float rough, metal;
 };
 
-// The share of the key light that reaches stage point p: a tent, READS x 2 texels wide.
-float lit_share(vec3 p, vec3 n)
+// From where a ray towards the light leaves stage point p, for a map of such texels: those that the
+// surface crosses obliquely are deep.
+vec3 off_surface(vec3 p, vec3 n, float texel)
 {
-    if (to_light.w == 0.0) return 1.0;
-    float texel = light.w;
-    // Texels that the surface crosses obliquely are deep: start that much off the surface.
     float slope = 1.0 - max(dot(n, to_light.xyz), 0.0);
-    vec3 start = p + n * texel * (1.0 + 3.0 * slope) + to_light.xyz * texel;
-    vec3 at = (shadow_from_stage * vec4(start, 1.0)).xyz;
+    return p + n * texel * (1.0 + 3.0 * slope) + to_light.xyz * texel;
+}
+
+// What of the key light reaches the point `at` of a map with `size` texels: a tent, READS x 2 texels
+// wide. 0 unless `wanted`.
+float tent(sampler2DShadow map, vec2 size, vec3 at, bool wanted)
+{
     float ahead = clamp(at.z, 0.0, 1.0);
-    vec2 texels = at.xy * shadow_size.xy - 0.5;
+    vec2 texels = at.xy * size - 0.5;
     vec2 first = floor(texels), part = texels - first;
-    vec2 texel_size = 1.0 / shadow_size.xy;
+    vec2 texel_size = 1.0 / size;
     const float reach = float(READS);
     float sum = 0.0;
-    for (int j = 0; j < READS; ++j) {
+    int rows = wanted ? READS : 0;
+    for (int j = 0; j < rows; ++j) {
         for (int i = 0; i < READS; ++i) {
             vec2 step_to = vec2(2 * i, 2 * j) - (reach - 2.0);
-            vec4 g = textureGather(shadow_map, (first + step_to) * texel_size, ahead);
+            vec4 g = textureGather(map, (first + step_to) * texel_size, ahead);
             vec2 low = reach - abs(step_to - 1.0 - part), high = reach - abs(step_to - part);
             sum += low.y * (low.x * g.w + high.x * g.z) + high.y * (low.x * g.x + high.x * g.y);
         }
     }
     return sum / (reach * reach * reach * reach);
+}
+
+bool on_map(vec2 at) { return all(greaterThanEqual(at, vec2(0.0))) && all(lessThanEqual(at, vec2(1.0))); }
+
+#if FAR == 1
+layout(binding = 11) uniform sampler2DShadow far_map;
+
+// The share of the key light that what lies beyond the near shadow map lets through to stage point p.
+float far_share(vec3 p, vec3 n)
+{
+    // As far as a penumbra reaches, and soften.frag.
+    float filtered = min(0.06 + 16.0 * length(p - eye.xyz) * length(down.xyz), BOTH);
+    bool near_tells = inside_near((shadow_from_stage * vec4(p, 1.0)).xyz) > filtered;
+    vec3 at = (far_from_stage * vec4(off_surface(p, n, far_size.z), 1.0)).xyz;
+    bool wanted = !near_tells && on_map(at.xy);
+    float lit = tent(far_map, far_size.xy, at, wanted);
+    return wanted ? lit : 1.0;
+}
+#endif
+
+// The share of the key light that reaches stage point p.
+float lit_share(vec3 p, vec3 n)
+{
+    if (to_light.w == 0.0) return 1.0;
+    vec3 at = (shadow_from_stage * vec4(off_surface(p, n, light.w), 1.0)).xyz;
+    float lit = tent(shadow_map, shadow_size.xy, at, true);
+#if FAR == 1
+    lit = (on_map(at.xy) ? lit : 1.0) * far_share(p, n);
+#endif
+    return lit;
 }
 
 vec3 hemisphere(float up) { return mix(bounce.rgb, sky.rgb, 0.5 + 0.5 * up); }

@@ -1,3 +1,4 @@
+// With BEYOND, for the far shadow map: without what the near one holds.
 // With CLEAR, a clear thing covers that share of the texels of each square of 4 x 4 that it is opaque
 // of: the filters of shadows take the mean.
 #ifdef TEXTURED
@@ -17,8 +18,15 @@ bool is_open(float cover)
 }
 #endif
 
+#ifdef BEYOND
+in vec3 near_at;
+#endif
+
 void main()
 {
+#ifdef BEYOND
+    if (inside_near(near_at) > BOTH + 4.0 * far_size.z) discard;
+#endif
     float cover = 1.0;
 #ifdef TEXTURED
     float alpha = texture(picture, at_picture).a;

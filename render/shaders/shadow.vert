@@ -8,6 +8,10 @@ layout(location = 3) in vec4 material;
 out float opacity;
 #endif
 
+#ifdef BEYOND
+out vec3 near_at;  // on the near map
+#endif
+
 void main()
 {
 #ifdef CLEAR
@@ -16,6 +20,12 @@ void main()
 #ifdef TEXTURED
     at_picture = vec2(uv.x, 1.0 - uv.y);
 #endif
-    vec4 p = shadow_from_stage * vec4((position - units.xyz) * units.w, 1.0);
+    vec4 p = vec4((position - units.xyz) * units.w, 1.0);
+#ifdef BEYOND
+    near_at = (shadow_from_stage * p).xyz;
+    p = far_from_stage * p;
+#else
+    p = shadow_from_stage * p;
+#endif
     gl_Position = vec4(p.xy * 2.0 - 1.0, p.z, 1.0);
 }
