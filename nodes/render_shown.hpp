@@ -33,7 +33,7 @@ inline void describe(graph::ParamsOf<ShowParams>& p)
         .param("collider_opacity", &ShowParams::collider_opacity,
                "Opacity of linked colliders, so that what lies behind them is seen; below 1 they "
                "cast no shadow (but as `glass`), and cost what a ghost costs. Clear things that "
-               "cut through each other are sorted by whole triangles.",
+               "cut through each other are sorted in each pixel down to four layers.",
                {0, 1})
         .param("ghost", &ShowParams::ghost,
                "Opacity of `rest`, drawn as a pale shell around the deformed meshes; 0 draws none. "

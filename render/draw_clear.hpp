@@ -1,13 +1,15 @@
 #pragma once
 
-// The pass of transparent triangles, lit and laid over what is there.
+// The pass of transparent triangles, lit and laid over what is there: in the order of the job, by
+// whole triangles, or where they may cut through each other, the nearest layers in each sample.
+//   Everitt, Interactive order-independent transparency, NVIDIA 2001 (depth peeling).
 
 #include "render/draw_job.hpp"
 #include "render/gl_objects.hpp"
 
 namespace render {
 
-// Into the bound framebuffer, which has linear light and the depths and stencil of the layer.
+// Into the pass of light, which is bound and has the depths and stencil of the layer.
 void draw_clear(GlObjects& gl, const DrawJob& job);
 
 }  // namespace render

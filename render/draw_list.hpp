@@ -110,6 +110,7 @@ struct DrawList {
     std::vector<DrawnTexture> textures;
     std::vector<Batch> opaque;
     std::vector<Batch> clear;       // far to near
+    bool clear_overlap = false;     // they may cut through each other
     std::vector<Box> field_bounds;  // m, of surfaces without triangles; they cast shadows
     Traced traced;
     StageUnits units;

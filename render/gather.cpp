@@ -23,8 +23,9 @@ using geometry::Triangle;
 using geometry::Vec2f;
 
 constexpr std::size_t vertex_grain = 8192;
-constexpr double crease = 0.7;   // radians, for meshes that come without normals
-constexpr float farthest = 1e6;  // stage units
+constexpr double crease = 0.7;     // radians, for meshes that come without normals
+constexpr float farthest = 1e6;    // stage units
+constexpr double touching = 1e-3;  // stage units
 
 std::uint8_t byte(float x)
 {
@@ -264,10 +265,15 @@ void add_triangles(Gathering& all, std::span<const Triangle> triangles, bool cle
     }
     const auto style = static_cast<std::uint32_t>(all.styles.size());
     all.styles.push_back(batch);
+    Box& bounds = all.clear_bounds.back();
     for (const Triangle& t : triangles) {
         if (!draws(t)) continue;
         Vec3f sum = Vec3f::Zero();
-        for (const auto i : t) sum += Vec3f(list.vertices[offset + i].position.data()) - all.centre;
+        for (const auto i : t) {
+            const Vec3f p(list.vertices[offset + i].position.data());
+            sum += p - all.centre;
+            bounds.add(Vec3(p.cast<double>()));
+        }
         all.clear.push_back(
             {sum.dot(all.towards_eye), {offset + t[0], offset + t[1], offset + t[2]}, style});
     }
@@ -281,6 +287,7 @@ Gathering start_gathering(DrawList& list, const Vec3& towards_eye)
             towards_eye.cast<float>(),
             list.units.centre.cast<float>(),
             farthest / float(list.units.scale),
+            {},
             {},
             {}};
 }
@@ -315,6 +322,7 @@ void add_surface(Gathering& all, const Surface& surface, std::size_t number)
         warn(": " + std::to_string(bad) +
              " vertices are not finite or immensely far away: their faces are not drawn");
     }
+    all.clear_bounds.emplace_back();
     std::span<const Triangle> rest(layout->triangles);
     // A ghost of opacity 1 too: only what is laid over a body spares it.
     const bool clear = surface.opacity < 1 || surface.kind == Surface::Kind::ghost;
@@ -365,11 +373,27 @@ void add_balls(Gathering& all, const Balls& balls)
     close_batch(all, batch);
 }
 
+// Whether two lie in each other by more than `least`, m, along each axis; what is thinner than
+// that need not.
+bool any_overlap(const std::vector<Box>& boxes, double least)
+{
+    for (std::size_t i = 0; i < boxes.size(); ++i) {
+        for (std::size_t k = 0; k < i; ++k) {
+            const Vec3 both = boxes[i].hi.cwiseMin(boxes[k].hi) - boxes[i].lo.cwiseMax(boxes[k].lo);
+            const Vec3 thinner = boxes[i].size().cwiseMin(boxes[k].size());
+            const Vec3 needed = (0.5 * thinner).cwiseMin(least);
+            if ((both.array() >= needed.array()).all()) return true;
+        }
+    }
+    return false;
+}
+
 // By the triangles' centres. Neighbours in that order with the same style share a batch.
 void finish_gathering(Gathering& all)
 {
     DrawList& list = all.list;
     if (!list.uvs.empty()) list.uvs.resize(list.vertices.size());
+    list.clear_overlap = any_overlap(all.clear_bounds, touching / list.units.scale);
     std::stable_sort(all.clear.begin(), all.clear.end(),
                      [](const auto& a, const auto& b) { return a.depth < b.depth; });
     for (std::size_t i = 0; i < all.clear.size(); ++i) {

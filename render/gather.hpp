@@ -22,6 +22,7 @@ struct Gathering {
     float reach;                       // m from the centre: what lies beyond takes no part
     std::vector<ClearTriangle> clear;  // all transparent triangles so far
     std::vector<Batch> styles;         // how those of each surface are drawn
+    std::vector<Box> clear_bounds;     // m, of those of each surface
 };
 
 // `list.units` must be set.

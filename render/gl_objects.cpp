@@ -70,6 +70,7 @@ std::string lit_words(const LitKind& kind, int reads, int samples = 1)
     define("GLASS", kind.glass);
     define("GRID", kind.grid);
     define("FAR", kind.far);
+    define("PEEL", kind.peel);
     define("READS", reads);
     define("SAMPLES", samples);
     return text;
@@ -105,6 +106,7 @@ GlPrograms compile_programs()
     p.shadow = compile_shadow_programs("");
     p.balls = program({"balls.vert"}, {"octahedral.glsl", "pack.glsl", "balls.frag"});
     p.traced = program(screen, lit_by("traced.frag"), lit_words({}, 2));
+    p.laid = program(screen, {"laid.frag"});
     p.traced_shadow = program(screen, {"traced_shadow.frag"});
     return p;
 }
@@ -215,6 +217,22 @@ void SampleLayers::fit(int w, int h)
     height = h;
 }
 
+void Peel::fit(int width, int height)
+{
+    if (!layer.fit(width, height)) return;
+    if (!sum_pass) {
+        glCreateFramebuffers(1, &sum_pass);
+        glCreateFramebuffers(2, passes.data());
+    }
+    sum.fit(width, height);
+    glNamedFramebufferTexture(sum_pass, GL_COLOR_ATTACHMENT0, sum.name, 0);
+    for (std::size_t k = 0; k < 2; ++k) {
+        depths[k].fit(width, height);
+        glNamedFramebufferTexture(passes[k], GL_COLOR_ATTACHMENT0, layer.name, 0);
+        glNamedFramebufferTexture(passes[k], GL_DEPTH_STENCIL_ATTACHMENT, depths[k].name, 0);
+    }
+}
+
 const ShadowPrograms& far_shadow_programs(GlObjects& gl)
 {
     ShadowPrograms& p = gl.programs.far_shadow;
@@ -225,10 +243,12 @@ const ShadowPrograms& far_shadow_programs(GlObjects& gl)
 const LitPrograms& lit_programs(GlObjects& gl, const PictureNumbers& numbers)
 {
     const bool glass = numbers.frame.backdrop_horizon[3] == 1;
-    const LitKind kind{numbers.style, numbers.soft, glass, numbers.frame.backdrop_top[3] > 0,
-                       numbers.far_width > 0};
-    LitPrograms& p = gl.lit[16 * std::size_t(kind.style) + (kind.far ? 8 : 0) +
-                            (kind.soft ? 4 : 0) + (kind.glass ? 2 : 0) + (kind.grid ? 1 : 0)];
+    const LitKind kind{
+        numbers.style,         numbers.soft, glass, numbers.frame.backdrop_top[3] > 0,
+        numbers.far_width > 0, numbers.peel};
+    LitPrograms& p =
+        gl.lit[32 * std::size_t(kind.style) + (kind.peel ? 16 : 0) + (kind.far ? 8 : 0) +
+               (kind.soft ? 4 : 0) + (kind.glass ? 2 : 0) + (kind.grid ? 1 : 0)];
     if (p.object) return p;
     const std::vector<std::string> screen{"screen.vert"};
     const std::string in_shadow = "#define IN_SHADOW 1\n", floor_words = lit_words(kind, 3);

@@ -71,9 +71,20 @@ struct ShadowPrograms {
     GLuint plain = 0, textured = 0, clear = 0, clear_textured = 0, balls = 0;
 };
 
+// What draw_clear() sorts layer by layer: the depths of two neighbours, the light of the farther
+// one, and of all so far.
+struct Peel {
+    std::array<Target, 2> depths{Target{GL_DEPTH32F_STENCIL8}, Target{GL_DEPTH32F_STENCIL8}};
+    Target layer{GL_RGBA16F}, sum{GL_RGBA16F};
+    std::array<GLuint, 2> passes{};
+    GLuint sum_pass = 0;
+
+    void fit(int width, int height);
+};
+
 // One for each kind of pass that knows nothing of light.
 struct GlPrograms {
-    GLuint surface, uneven, balls, soften, surface_textured, traced, traced_shadow;
+    GLuint surface, uneven, balls, soften, surface_textured, traced, traced_shadow, laid;
     ShadowPrograms shadow, far_shadow;  // the second compiled when first used
 };
 
@@ -86,12 +97,12 @@ struct LitPrograms {
 // What they are compiled for.
 struct LitKind {
     Style style = Style::plain;
-    bool soft = false, glass = false, grid = false, far = false;
+    bool soft = false, glass = false, grid = false, far = false, peel = false;
 };
 
 struct GlObjects {
     GlPrograms programs;
-    std::array<LitPrograms, 16 * style_count> lit;  // compiled when first used
+    std::array<LitPrograms, 32 * style_count> lit;  // compiled when first used
     GLuint plain_depths, smooth_depths;             // samplers of the shadow map
     std::array<GLuint, 2> seen_pass;
     std::array<Target, 2> seen{Target{GL_RGBA32F}, Target{GL_RGBA32F}};  // half as wide and high
@@ -102,6 +113,7 @@ struct GlObjects {
     GLuint light_pass, finish_pass, shadow_pass, far_pass;
     Layer layer;
     SampleLayers fine;
+    Peel peel;
     Target light{GL_RGBA16F}, picture{GL_RGBA8}, shadow_map{GL_DEPTH_COMPONENT32F},
         far_map{GL_DEPTH_COMPONENT32F}, maps{GL_RGBA8};
 };

@@ -21,7 +21,8 @@ enum Unit : GLuint {
     unit_fine_depths,
     unit_texture,
     unit_normals,  // see use_cover()
-    unit_far
+    unit_far,
+    unit_peeled
 };
 
 // What the stencil says of a pixel. Of a body, which is an object, it says that ghosts spare it.

@@ -7,7 +7,8 @@
 //   seen      with soft light: which shares of it reach what is seen    -> seen
 //   light     floor, backdrop and objects lit, each where it is seen    -> picture, or light
 //   edges     with samples4: again at four places of a pixel, where these differ
-//   clear     transparent triangles over the light, from far to near; then the finish
+//   clear     transparent triangles over the light, from far to near (layer by layer where they may
+//             cut through each other); then the finish
 //
 // With samples16 all of it is done sixteen times, each time with the samples in other places of
 // their pixels. Linear light, where it is asked for, is drawn after that and by itself. The shaders

@@ -19,7 +19,9 @@ std::size_t bytes_to_draw(const DrawJob& job)
     // Light: of four samples where something is transparent, in OpenGL and read back.
     const std::size_t linear = n.linear == Linear::none ? 0 : 4 * (8 + 20) + 20;
     const std::size_t sum = n.pictures > 1 ? 16 : 0;  // of their light
-    return compiler + textures + area(n.width, n.height) * (a_pixel + a_sample + linear + sum) +
+    const std::size_t peeled = n.peel ? 4 * 32 : 0;   // see Peel
+    return compiler + textures +
+           area(n.width, n.height) * (a_pixel + a_sample + linear + sum + peeled) +
            4 * (area(n.shadow_width, n.shadow_height) + area(n.far_width, n.far_height)) +
            2 * (job.traced.size_bytes() + job.traced_samples.size_bytes() +
                 job.traced_shadow.size_bytes() + job.vertices.size_bytes() + job.uvs.size_bytes() +
