@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace physics {
 namespace {
@@ -30,7 +31,7 @@ void solve_over(FrameStep& step, double tau, double share, Balance balance)
         balance_free_parts(stage, step.now.x, step.now.v, balance);
     }
     find_leftover(stage, step.solver, step.record);
-    if (!stage.rigid.none()) step.solved_from = stage.x0, step.solved = stage.x;
+    step.forces = forces_of_stage(stage, step.record);
     take_rigid_motion(stage);
     turn_rigid_parts(stage);
 }
@@ -164,17 +165,16 @@ bool take_sdirk2(FrameStep& step, double dt, double begin, double end)
     Motion& now = step.now;
     take_stage(step, gamma * dt, begin + gamma * (end - begin), Balance::linear);
     if (step.stage.struck) return false;
-    const std::vector<Vec3> reaction = step.record.reaction;
+    MeanForces forces;
+    add_share(forces, step.forces, 1 - gamma);
     // Slopes of the first stage: velocity v, acceleration (v - v before) / (gamma dt).
     for (std::size_t i = 0; i < step.frame.n; ++i) {
         now.x[i] = before.x[i] + (1 - gamma) * dt * now.v[i];
         now.v[i] = before.v[i] + (1 - gamma) / gamma * (now.v[i] - before.v[i]);
     }
     take_stage(step, gamma * dt, end, Balance::linear);
-    for (std::size_t p = 0; p < reaction.size(); ++p) {  // that of the step
-        Vec3& last = step.record.reaction[p];
-        last = (1 - gamma) * reaction[p] + gamma * last;
-    }
+    add_share(forces, step.forces, gamma);
+    step.forces = std::move(forces);
     return !step.stage.struck;
 }
 

@@ -26,8 +26,7 @@ struct FrameStep {
     StepSolver solver;
     StepRecord record;
     Motion now;
-    // m, with rigid parts: x0 and the end of the stage as they were solved, before these turned.
-    Aligned<double> solved_from, solved;
+    MeanForces forces;      // of the stage that was solved last, of the step once that is taken
     MeanForces mean;        // of the steps that were taken
     EnergyAccount account;  // of the midpoint rule
     Risen risen;            // of the last step that was not cut in halves

@@ -3,35 +3,16 @@
 #include "physics/body/plane_touch.hpp"
 #include "physics/state/measure.hpp"
 
-#include <utility>
+#include <algorithm>
 
 namespace physics {
 namespace {
 
 void add(std::vector<Vec3>& sum, const std::vector<Vec3>& some, double share)
 {
-    sum.resize(some.size(), Vec3::Zero());
+    sum.resize(std::max(sum.size(), some.size()), Vec3::Zero());
     for (std::size_t i = 0; i < some.size(); ++i) sum[i] += share * some[i];
 }
-
-}  // namespace
-
-void add_pins(MeanForces& mean, const Stage& stage, const StepRecord& record,
-              const Aligned<double>& x, double begin, double end)
-{
-    const double share = end - begin;
-    add(mean.reaction, stage.frame.pin_paths.at_end(record.reaction, end), share);
-    const HeldMatter& matter = stage.frame.loads.pins.matter;
-    if (matter.cubes.empty()) return;
-    std::vector<Vec3> off = stage.elasticity.targets(end);
-    for (std::size_t i = 0; i < off.size(); ++i) {
-        const std::size_t at = 4 * stage.frame.body.slot_of(matter.corner[i]);
-        off[i] -= Vec3(x[at], x[at + 1], x[at + 2]);
-    }
-    add(mean.held, stage.elasticity.at_end(forces_of(matter, off), end), share);
-}
-
-namespace {
 
 Grip force_alone(const Grip& of)
 {
@@ -42,7 +23,7 @@ Grip force_alone(const Grip& of)
     return out;
 }
 
-void add_forces(std::vector<Grip>& sum, const std::vector<Grip>& grips, double share)
+void add(std::vector<Grip>& sum, const std::vector<Grip>& grips, double share)
 {
     std::vector<Grip> out;
     out.reserve(sum.size() + grips.size());
@@ -59,10 +40,36 @@ void add_forces(std::vector<Grip>& sum, const std::vector<Grip>& grips, double s
 
 }  // namespace
 
-void add_touches(MeanForces& mean, const Stage& stage, double begin, double end)
+MeanForces forces_of_pins(const Stage& stage, const StepRecord& record, const Aligned<double>& x)
 {
-    add_forces(mean.grips, stage.grips, end - begin);
-    add_forces(mean.holds, stage.held, end - begin);
+    MeanForces out;
+    out.reaction = stage.frame.pin_paths.at_end(record.reaction, stage.share);
+    const HeldMatter& matter = stage.frame.loads.pins.matter;
+    if (matter.cubes.empty()) return out;
+    std::vector<Vec3> off = stage.elasticity.targets(stage.share);
+    for (std::size_t i = 0; i < off.size(); ++i) {
+        const std::size_t at = 4 * stage.frame.body.slot_of(matter.corner[i]);
+        off[i] -= Vec3(x[at], x[at + 1], x[at + 2]);
+    }
+    out.held = stage.elasticity.at_end(forces_of(matter, off), stage.share);
+    return out;
+}
+
+MeanForces forces_of_stage(const Stage& stage, const StepRecord& record)
+{
+    MeanForces out = forces_of_pins(stage, record, stage.x);
+    const StepEnd at{stage.x0.data(), stage.x.data(), stage.tau};
+    out.grips = grips_of(stage.touches, at);
+    out.holds = grips_of(stage.holds, at);
+    return out;
+}
+
+void add_share(MeanForces& mean, const MeanForces& some, double share)
+{
+    add(mean.reaction, some.reaction, share);
+    add(mean.held, some.held, share);
+    add(mean.grips, some.grips, share);
+    add(mean.holds, some.holds, share);
 }
 
 void tell_pins(const MeanForces& mean, const Pins& pins, State& state)
@@ -86,16 +93,20 @@ void tell_pins(const MeanForces& mean, const Pins& pins, State& state)
 std::vector<Grip> with_mean(std::vector<Grip> last, const std::vector<Grip>& mean)
 {
     std::vector<Grip> out;
-    out.reserve(mean.size());
-    auto grip = last.begin();
-    for (const Grip& one : mean) {  // has all of the last step's
-        if (grip != last.end() && !in_order(one, *grip)) {
-            out.push_back(*grip++);
-            out.back().force = one.force;
-        } else if (!one.force.isZero(0)) {
-            out.push_back(one);
+    out.reserve(last.size() + mean.size());
+    auto one = mean.begin();
+    const auto keep_those_before = [&](const auto& is_before) {
+        for (; one != mean.end() && is_before(*one); ++one) {
+            if (!one->force.isZero(0)) out.push_back(*one);
         }
+    };
+    for (Grip& grip : last) {
+        keep_those_before([&](const Grip& of) { return in_order(of, grip); });
+        const bool pushed = one != mean.end() && !in_order(grip, *one);
+        grip.force = pushed ? (one++)->force : Eigen::Vector3f(Eigen::Vector3f::Zero());
+        out.push_back(grip);
     }
+    keep_those_before([](const Grip&) { return true; });
     return out;
 }
 

@@ -7,6 +7,9 @@
 // alone, whose forces are the higher the more steps the frame has, and those of the last step know
 // nothing of it. The mean is what changes the momentum within the frame:
 //   sum dt_i f_i / sum dt_i
+// f_i is the force in the stage that a step solved: where that ended, which for the midpoint rule
+// is half way. A step of two stages (sdirk2) has the mean of both, by their weights.
+//
 // What pins that turn push against each other turns with them in it (pin_paths.hpp).
 
 #include "physics/bricks/stage.hpp"
@@ -21,15 +24,18 @@ struct MeanForces {
     std::vector<Grip> grips, holds;  // in_order(); point, other, corners and force alone
 };
 
-// Adds the forces of pins in a step from share `begin` to `end` of the frame that ended at x.
-void add_pins(MeanForces& mean, const Stage& stage, const StepRecord& record,
-              const Aligned<double>& x, double begin, double end);
-// Adds those of what it touched, as the grips of the stage have them.
-void add_touches(MeanForces& mean, const Stage& stage, double begin, double end);
+// The forces of pins in a stage: those on corners as the record has them, those of springs with
+// corners at x.
+MeanForces forces_of_pins(const Stage& stage, const StepRecord& record, const Aligned<double>& x);
+// The same of a stage that was solved, and those of what it touches, with corners at stage.x.
+MeanForces forces_of_stage(const Stage& stage, const StepRecord& record);
+// Adds a share of some.
+void add_share(MeanForces& mean, const MeanForces& some, double share);
 
 // Tells a state the forces of pins.
 void tell_pins(const MeanForces& mean, const Pins& pins, State& state);
-// Grips as the last step left them, with the mean of forces, and those that let go before.
+// Grips as the last step left them, with the mean of forces, and those that let go within the
+// frame.
 std::vector<Grip> with_mean(std::vector<Grip> last, const std::vector<Grip>& mean);
 // Those of them that still touch.
 std::vector<Grip> without_those_gone(std::vector<Grip> grips);

@@ -401,16 +401,6 @@ std::vector<Grip> with_corners(const CornerBody& body, std::vector<Grip> grips)
     return grips;
 }
 
-void take_forces_of(const std::vector<Grip>& others, std::vector<Grip>& grips)
-{
-    auto other = others.begin();
-    for (Grip& grip : grips) {
-        while (other != others.end() && in_order(*other, grip)) ++other;
-        const bool same = other != others.end() && !in_order(grip, *other);
-        grip.force = same ? other->force : Eigen::Vector3f(Eigen::Vector3f::Zero());
-    }
-}
-
 void hold_loads(Stage& stage)
 {
     hold_loads(stage.touches, stage.x.data());

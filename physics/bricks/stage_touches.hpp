@@ -30,9 +30,6 @@ void go_back_to(const FoundTouches& found, Stage& stage);
 // Grips as states keep them: with the corners in place of their slots.
 std::vector<Grip> with_corners(const CornerBody& body, std::vector<Grip> grips);
 
-// Gives grips the forces that they have among others, both in_order(); none where they are not.
-void take_forces_of(const std::vector<Grip>& others, std::vector<Grip>& grips);
-
 enum class Known { kept, renewed };
 // Finds which points are in other parts and in colliders where w leads, or before them, where that
 // is far from where they were looked for last. Planes of colliders that are known already are kept,

@@ -123,13 +123,7 @@ void keep(FrameStep& step, const Before& before, double begin, double end)
     at.late = (end - step.stage.share) * step.frame.seconds;
     at.near = 0.5 * known_before * step.frame.body.greatest_edge;
     step.stage.held = grips_of(step.stage.holds, at);
-    if (!step.stage.rigid.none()) {  // pushed as they were solved
-        at.x0 = step.solved_from.data(), at.x1 = step.solved.data();
-        take_forces_of(grips_of(step.stage.touches, at), step.stage.grips);
-        take_forces_of(grips_of(step.stage.holds, at), step.stage.held);
-    }
-    add_pins(step.mean, step.stage, step.record, step.now.x, begin, end);
-    add_touches(step.mean, step.stage, begin, end);
+    add_share(step.mean, step.forces, end - begin);
     let_flow(step, at.dt);
 }
 
@@ -291,8 +285,8 @@ bool sleeps(FrameStep& step, const State& state)
 
 State slept_through(State state, FrameStep& step, double dt)
 {
-    add_pins(step.mean, step.stage, step.record, step.now.x, 0, 1);
-    tell_pins(step.mean, step.frame.loads.pins, state);
+    const MeanForces forces = forces_of_pins(step.stage, step.record, step.now.x);
+    tell_pins(forces, step.frame.loads.pins, state);
     state.v.assign(state.v.size(), Vec3::Zero());
     state.time += dt;
     state.report = step.record.report;

@@ -1,0 +1,109 @@
+// Forces that a frame tells of, of pins and of what is touched, by each integrator: they are what
+// changes the momentum within the frame.
+
+#include "tests/nodes/scene.hpp"
+
+#include <fmt/format.h>
+
+namespace {
+
+using fixtures::Scene;
+
+constexpr double g = 9.81;     // m/s^2
+constexpr double rate = 24.0;  // frames a second
+
+struct Steps {
+    const char* integrator;
+    int substeps;
+};
+const auto all_steps = {Steps{"implicit_euler", 1}, {"implicit_euler", 4}, {"implicit_midpoint", 1},
+                        {"implicit_midpoint", 4},   {"sdirk2", 1},         {"sdirk2", 4}};
+
+std::string step(const Steps& steps)
+{
+    return fmt::format(R"("step": {{ "substeps": {}, "integrator": "{}", "tolerance": 1e-9,
+                                     "newton_iterations": 5 }})",
+                       steps.substeps, steps.integrator);
+}
+
+std::string measure(const char* name, const char* what, const char* params)
+{
+    return fmt::format(R"(, "{}": {{ "type": "Measure@1", "inputs": {{ "state": "sim.state",
+        "cubes": "cubes.cubes" }}, "params": {{ "what": "{}"{} }} }})",
+                       name, what, params);
+}
+
+constexpr const char* along_x = R"(, "direction": [1, 0, 0])";
+constexpr const char* along_y = R"(, "direction": [0, 1, 0])";
+
+// 16 kg, its bottom at a height (m).
+std::string box(double low, double young)
+{
+    return fmt::format(R"("mesh": {{ "type": "Primitive@1", "params": {{ "shape": "box",
+            "box": {{ "size": [0.4, 0.2, 0.2] }}, "centre": [0, {}, 0] }} }},
+        "cubes": {{ "type": "Voxelize@1", "inputs": {{ "mesh": "mesh.mesh" }}, "params": {{
+            "method": "solid", "size": 0.1, "align": "origin",
+            "matter": {{ "density": 1000, "young": {}, "stiffness_damping": 0 }} }} }},)",
+                       low + 0.1, young);
+}
+
+// N, what changed the momentum of 16 kg in the frame but for gravity (of y alone).
+double true_force(Scene& scene, const char* momentum, double gravity, int frame)
+{
+    const double gained =
+        *scene.at<double>(momentum, frame) - *scene.at<double>(momentum, frame - 1);
+    return rate * gained + 16 * gravity;
+}
+
+// A quarter of the box, or all of it, is moved ever faster, and the rest swings on it.
+TEST(MeanForces, OfPinsAreWhatChangesTheMomentum)
+{
+    for (const char* const hold : {"points"}) {
+        for (const double held : {0.2, 9.0}) {
+            for (const Steps& steps : all_steps) {
+                Scene scene(
+                    box(0, 1e6) +
+                    fmt::format(
+                        R"("pin": {{ "type": "Pin@1", "inputs": {{ "cubes": "cubes.cubes" }},
+                        "params": {{ "hold": "{}", "where": "box", "box": {{ "size": [{}, 9, 9],
+                        "centre": [-0.2, 0, 0] }}, "translate": ["=2 * time^2", 0, 0] }} }},
+                        "sim": {{ "type": "Simulate@3", "inputs": {{ "cubes": "cubes.cubes",
+                        "pins": ["pin.pins"] }}, "params": {{ {} }} }})",
+                        hold, held, step(steps)) +
+                    measure("px", "momentum", along_x) + measure("py", "momentum", along_y) +
+                    measure("fx", "reaction_force", along_x) +
+                    measure("fy", "reaction_force", along_y));
+                for (int frame = 2; frame < 7; ++frame) {
+                    const auto where = fmt::format("{} {} {} {}: {}", hold, held, steps.integrator,
+                                                   steps.substeps, frame);
+                    EXPECT_NEAR(*scene.at<double>("fx", frame), true_force(scene, "px", 0, frame),
+                                0.1)
+                        << where;
+                    EXPECT_NEAR(*scene.at<double>("fy", frame), true_force(scene, "py", g, frame),
+                                0.1)
+                        << where;
+                }
+            }
+        }
+    }
+}
+
+// A soft box that falls by 2 cm, and rests and swings on the ground.
+TEST(MeanForces, OfTheGroundAreWhatChangesTheMomentum)
+{
+    for (const Steps& steps : all_steps) {
+        Scene scene(box(0.02, 1e5) +
+                    fmt::format(R"("ground": {{ "type": "Ground@1" }},
+                        "sim": {{ "type": "Simulate@3", "inputs": {{ "cubes": "cubes.cubes",
+                        "colliders": ["ground.collider"], "surface": "mesh.mesh" }},
+                        "params": {{ {} }} }})",
+                                step(steps)) +
+                    measure("py", "momentum", along_y) + measure("fy", "contact_force", along_y));
+        for (int frame = 2; frame < 12; ++frame) {
+            EXPECT_NEAR(*scene.at<double>("fy", frame), true_force(scene, "py", g, frame), 1)
+                << steps.integrator << steps.substeps << ": " << frame;
+        }
+    }
+}
+
+}  // namespace
