@@ -22,18 +22,48 @@
 #include <cmath>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 namespace physics {
 namespace {
 
-// Pinned corners arrive exactly, and move as their targets do.
-void place_pins(const StepFrame& frame, double share, Motion& now)
+// N s, what pins give the body where they make what they hold faster by `jump` (m/s). Their
+// neighbours have a share of it where mass is spread over cubes, which comes from the pins too.
+Aligned<double> impulses_for(const Stage& stage, const Aligned<double>& jump)
 {
+    Aligned<double> out, of_held;
+    times_mass(stage, jump, out);
+    times_mass(stage, stage.frame.fixed, of_held);
+    for (std::size_t i = 0; i < jump.size(); ++i) {
+        out[i] += (stage.frame.mass[i] - of_held[i]) * jump[i];
+    }
+    return out;
+}
+
+// Pinned corners arrive exactly, and move as their targets do. Where the step left them with
+// another velocity (the midpoint rule goes on by as much as it came, and what turns goes along a
+// chord), their pins change their momentum once more.
+void place_pins(FrameStep& step, double begin, double end)
+{
+    const StepFrame& frame = step.frame;
+    Aligned<double> jump(frame.n, 0);
     for_held_axes(frame, [&](std::size_t pin, std::size_t axis, std::size_t number) {
         const auto a = static_cast<Eigen::Index>(axis);
-        now.x[number] = frame.pin_paths.at(pin, share)[a];
-        now.v[number] = frame.pin_paths.velocity(pin, share)[a] / frame.seconds;
+        const double v = frame.pin_paths.velocity(pin, end)[a] / frame.seconds;
+        step.now.x[number] = frame.pin_paths.at(pin, end)[a];
+        jump[number] = v - step.now.v[number];
+        step.now.v[number] = v;
     });
+    if (std::all_of(jump.begin(), jump.end(), [](double v) { return v == 0; })) return;
+    const Aligned<double> impulses = impulses_for(step.stage, jump);
+    MeanForces more;
+    more.reaction.assign(frame.loads.pins.corner.size(), Vec3::Zero());
+    for_held_axes(frame, [&](std::size_t pin, std::size_t axis, std::size_t number) {
+        const double dt = (end - begin) * frame.seconds;
+        more.reaction[pin][static_cast<Eigen::Index>(axis)] = impulses[number] / dt;
+    });
+    more.reaction = frame.pin_paths.at_end(std::move(more.reaction), end);
+    add_share(step.forces, more, 1);
 }
 
 // Whether a corner moved by more than so many edges of its cube or cell in the step that was taken
@@ -208,7 +238,7 @@ bool step_or_parts(FrameStep& step, double begin, double end, Cuts cuts)
     step.solved_error = 0;
     ++step.record.report.steps;
     integrate(step, begin, end);
-    place_pins(step.frame, end, step.now);
+    place_pins(step, begin, end);
     const bool finite = all_finite(step.now.x) && all_finite(step.now.v);
     double middle = finite ? share_of_hit(step, begin, end, cuts) : end;
     const double dt = (end - begin) * step.frame.seconds;

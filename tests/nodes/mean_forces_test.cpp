@@ -5,6 +5,9 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+#include <numbers>
+
 namespace {
 
 using fixtures::Scene;
@@ -58,7 +61,7 @@ double true_force(Scene& scene, const char* momentum, double gravity, int frame)
 // A quarter of the box, or all of it, is moved ever faster, and the rest swings on it.
 TEST(MeanForces, OfPinsAreWhatChangesTheMomentum)
 {
-    for (const char* const hold : {"points"}) {
+    for (const char* const hold : {"corners", "points"}) {
         for (const double held : {0.2, 9.0}) {
             for (const Steps& steps : all_steps) {
                 Scene scene(
@@ -103,6 +106,48 @@ TEST(MeanForces, OfTheGroundAreWhatChangesTheMomentum)
             EXPECT_NEAR(*scene.at<double>("fy", frame), true_force(scene, "py", g, frame), 1)
                 << steps.integrator << steps.substeps << ": " << frame;
         }
+    }
+}
+
+// N, what a pin of the far half holds a body by that two pins turn about y by 5 degrees a frame:
+// towards the axis.
+double pull_of_half(const std::string& body, const char* method, const Steps& steps)
+{
+    const auto pin = [](const char* name, double x) {
+        return fmt::format(R"("{}": {{ "type": "Pin@1", "inputs": {{ "cubes": "cubes.cubes" }},
+            "params": {{ "hold": "corners", "where": "box", "box": {{ "size": [0.9, 9, 9],
+            "centre": [{}, 0, 0] }}, "rotate_degrees": [0, "=5 * frame - 5", 0] }} }},)",
+                           name, x);
+    };
+    const auto along = [](const char* name, const char* direction) {
+        return fmt::format(R"(, "{}": {{ "type": "Measure@1", "inputs": {{ "state": "sim.state",
+            "pins": "far.pins" }}, "params": {{ "what": "reaction_force", "direction": {} }} }})",
+                           name, direction);
+    };
+    Scene scene(body + pin("far", 0.5) + pin("near", -0.4) +
+                fmt::format(R"("sim": {{ "type": "Simulate@3", "inputs": {{
+                    "cubes": "cubes.cubes", "pins": ["far.pins", "near.pins"] }},
+                    "params": {{ "method": "{}", "gravity": [0, 0, 0], {} }} }})",
+                            method, step(steps)) +
+                along("x", "[1, 0, 0]") + along("z", "[0, 0, 1]"));
+    return std::hypot(*scene.at<double>("x", 6), *scene.at<double>("z", 6));
+}
+
+// Mass times w^2 r of half of a body, as its ends have it. In bars of 40 kg/m, whose mass is spread
+// over cubes, that is 40 (10 0.1^3 / 3 + (0.2^2 - 0.1^2) / 2) kg m for the corners at 0.1 and
+// 0.2 m; in a plate of 8 kg/m, whose mass is on its corners, 8 (0.1 0.1 + 0.05 0.2) kg m.
+TEST(MeanForces, OfPinsThatTurnHoldEachHalf)
+{
+    const double rate_sq = std::pow(5 * std::numbers::pi / 180 * rate, 2);
+    const double of_box = 40 * (10 * 0.001 / 3 + 0.015) * rate_sq;
+    const double of_plate = 8 * (0.1 * 0.1 + 0.05 * 0.2) * rate_sq;
+    const std::string plate = R"("cubes": { "type": "Plane@1", "params": { "sides": { "u": 0.4,
+        "v": 0.8 }, "size": 0.1, "thickness": 0.01, "matter": { "density": 1000,
+        "young": 1e6 } } },)";
+    for (const Steps& steps : all_steps) {
+        const auto where = fmt::format("{} {}", steps.integrator, steps.substeps);
+        EXPECT_NEAR(pull_of_half(box(-0.1, 1e6), "bricks", steps), of_box, 0.005 * of_box) << where;
+        EXPECT_NEAR(pull_of_half(plate, "shell", steps), of_plate, 0.005 * of_plate) << where;
     }
 }
 
