@@ -2,6 +2,7 @@
 
 #include "geometry/base/no_index.hpp"
 
+#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <Eigen/SVD>
 
@@ -108,13 +109,34 @@ std::vector<Vec3> PinPaths::at_end(std::vector<Vec3> forces, double share) const
         count[turn_[i]] += 1;
     }
     for (std::size_t t = 0; t < turns_.size(); ++t) mean[t] /= count[t];
+    std::vector<Vec3> off(turns_.size(), Vec3::Zero());  // N m, moments that the turn took away
     for (std::size_t i = 0; i < forces.size(); ++i) {
         if (turn_[i] == no_index) continue;
         const Turn& turn = turns_[turn_[i]];
         const Vec3 own = forces[i] - mean[turn_[i]];
-        forces[i] = mean[turn_[i]] + Eigen::AngleAxisd((1 - share) * turn.angle, turn.axis) * own;
+        const Vec3 turned = Eigen::AngleAxisd((1 - share) * turn.angle, turn.axis) * own;
+        off[turn_[i]] += arm(turn, i, share).cross(own) - arm(turn, i, 1).cross(turned);
+        forces[i] = mean[turn_[i]] + turned;
     }
+    add_moments(off, forces);
     return forces;
+}
+
+void PinPaths::add_moments(const std::vector<Vec3>& more, std::vector<Vec3>& forces) const
+{
+    // By forces w x arm, whose sum is 0:  M = J w,  J = sum |arm|^2 I - arm arm^T. Points of a
+    // group that turns lie on no line, so that J has an inverse.
+    std::vector<Mat3> spread(turns_.size(), Mat3::Zero());
+    for (std::size_t i = 0; i < forces.size(); ++i) {
+        if (turn_[i] == no_index) continue;
+        const Vec3 from = arm(turns_[turn_[i]], i, 1);
+        spread[turn_[i]] += from.squaredNorm() * Mat3::Identity() - from * from.transpose();
+    }
+    std::vector<Vec3> w;
+    for (std::size_t t = 0; t < turns_.size(); ++t) w.emplace_back(spread[t].ldlt().solve(more[t]));
+    for (std::size_t i = 0; i < forces.size(); ++i) {
+        if (turn_[i] != no_index) forces[i] += w[turn_[i]].cross(arm(turns_[turn_[i]], i, 1));
+    }
 }
 
 }  // namespace physics

@@ -29,8 +29,8 @@ public:
     // m a frame.
     Vec3 velocity(std::size_t point, double share) const;
     // Forces on the points then, N, as they are told at the end of the frame: those by which the
-    // points of a group push against each other have turned with it, and keep their moment about
-    // its mean place. Their sum stays as it is.
+    // points of a group push against each other have turned with it. Their sum stays as it is, and
+    // so does their moment about the mean place of the group.
     std::vector<Vec3> at_end(std::vector<Vec3> forces, double share) const;
 
     bool move() const { return from_ != to_; }
@@ -44,6 +44,8 @@ private:
     };
     // R(share a) (y0 - c0)
     Vec3 arm(const Turn& turn, std::size_t point, double share) const;
+    // Gives each group's forces at the end of the frame more moment (N m) about its mean place.
+    void add_moments(const std::vector<Vec3>& more, std::vector<Vec3>& forces) const;
 
     std::vector<Vec3> from_, to_;      // m
     std::vector<Turn> turns_;          // of groups that turn

@@ -151,4 +151,29 @@ TEST(MeanForces, OfPinsThatTurnHoldEachHalf)
     }
 }
 
+// 16 kg that hang over from a hub at one end, which turns them about x by 30 degrees a frame. Their
+// angular momentum stays: the hub has no moment about their centre, which lies at the origin.
+TEST(MeanForces, OfAHubHoldTheMomentOfWhatHangsOver)
+{
+    for (const char* const hold : {"corners", "points"}) {
+        for (const int substeps : {1, 8}) {
+            Scene scene(
+                box(-0.1, 1e6) +
+                fmt::format(R"("pin": {{ "type": "Pin@1", "inputs": {{ "cubes": "cubes.cubes" }},
+                    "params": {{ "hold": "{}", "where": "box", "box": {{ "size": [0.25, 9, 9],
+                    "centre": [-0.2, 0, 0] }}, "rotate_degrees": ["=30 * frame - 30", 0, 0] }} }},
+                    "sim": {{ "type": "Simulate@3", "inputs": {{ "cubes": "cubes.cubes",
+                    "pins": ["pin.pins"] }}, "params": {{ "bodies": [{{ "rigid": true }}],
+                    "step": {{ "substeps": {}, "tolerance": 1e-9 }} }} }})",
+                            hold, substeps) +
+                measure("about_y", "reaction_torque", along_y) +
+                measure("about_z", "reaction_torque", R"(, "direction": [0, 0, 1])"));
+            const double moment = 16 * g * 0.15;  // N m, of their weight about the hub
+            const auto at = [&](const char* name) { return *scene.at<double>(name, 6); };
+            EXPECT_NEAR(at("about_z"), 0, 0.02 * moment) << hold << substeps;
+            EXPECT_NEAR(at("about_y"), 0, 0.02 * moment) << hold << substeps;
+        }
+    }
+}
+
 }  // namespace

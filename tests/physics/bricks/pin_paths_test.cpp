@@ -82,6 +82,30 @@ TEST(PinPaths, ForcesTurnWithThePointsAndKeepTheirSum)
     EXPECT_EQ(paths.at_end(forces, 1), forces);
 }
 
+// A weight that hangs over has a moment across the axis, which does not turn with the points.
+TEST(PinPaths, ForcesKeepTheirMomentAboutTheMeanPlace)
+{
+    const std::vector<std::uint32_t> together(box.size(), 0);
+    const PinPaths paths(box, turned(1), together, edge);
+    const std::vector<Vec3> forces = {{3, 0, 1}, {0, -20, 5}, {7, 1, 0}, {0, 0, -9}, {2, 30, 0}};
+    for (const double share : {0.0, 0.5, 0.75}) {
+        const Vec3 middle = Vec3(0.4, 0.8, 1.2) + share * Vec3(1, 0, -2);
+        const Vec3 middle_at_end = Vec3(0.4, 0.8, 1.2) + Vec3(1, 0, -2);
+        Vec3 moment = Vec3::Zero(), moment_at_end = Vec3::Zero();
+        Vec3 sum = Vec3::Zero(), sum_at_end = Vec3::Zero();
+        const auto told = paths.at_end(forces, share);
+        for (std::size_t i = 0; i < box.size(); ++i) {
+            moment += (turned(share)[i] - middle).cross(forces[i]);
+            moment_at_end += (turned(1)[i] - middle_at_end).cross(told[i]);
+            sum += forces[i];
+            sum_at_end += told[i];
+        }
+        EXPECT_GT(moment.norm(), 10);
+        EXPECT_LT((moment_at_end - moment).norm(), 1e-12) << share;
+        EXPECT_LT((sum_at_end - sum).norm(), 1e-12) << share;
+    }
+}
+
 // Half of them are of a part that turns, and half of one that stays.
 TEST(PinPaths, EachPartTurnsByItself)
 {
