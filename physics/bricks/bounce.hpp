@@ -17,6 +17,11 @@
 // the speed that the steady forces give within the stage, nothing bounces, so that things come to
 // rest. The midpoint rule and sdirk2 keep vibration, and points have velocities that lead nowhere
 // within a step: there v is that of the part as a rigid body.
+//
+// The speeds of parts before and after are told at the same place, with the arms that it has where
+// the stage begins, and an impulse acts there: what turns within the stage would otherwise differ
+// in speed from itself. Rigid parts then turn on from there with the momentum that they have got,
+// and what they get adds no energy (impact_energy.hpp).
 
 #include "physics/bricks/stage.hpp"
 
@@ -44,21 +49,23 @@ struct Meeting {
 // of the speed that it is to leave with by then, or more, 0 where it does not rise yet.
 using Risen = std::map<Meeting, double>;
 
-// Of a stage that began with these x and v.
-Risen risen(const Stage& stage, const Aligned<double>& before_x, const Aligned<double>& before_v);
+// A stage that was solved.
+struct SolvedStage {
+    const Aligned<double>&x, &v;  // m, m/s: as it began
+    const Aligned<double>& end;   // m, x at its end as solved, before rigid parts turned
+};
 
-// Where the error chooses the steps, of a stage that began with these x and v: 0 for what is better
-// followed while it is squashed, since steps of that error, `finest` seconds at least, leave it
-// more speed than its bounce; 1 for what bounces; rigid_yet for what bounces unless a shorter stage
-// tells more of it.
+Risen risen(const Stage& stage, const SolvedStage& solved);
+
+// Where the error chooses the steps: 0 for what is better followed while it is squashed, since
+// steps of that error, `finest` seconds at least, leave it more speed than its bounce; 1 for what
+// bounces; rigid_yet for what bounces unless a shorter stage tells more of it.
 inline constexpr double rigid_yet = 2;
-Risen risen_by_error(const Stage& stage, const Aligned<double>& before_x,
-                     const Aligned<double>& before_v, double finest);
+Risen risen_by_error(const Stage& stage, const SolvedStage& solved, double finest);
 
-// Gives parts that rise again after a stage which began with these x and v the rest of the speed
-// that they are to leave with: w changes. `risen`: of a longer stage; what is not in it does not
-// rise.
-void make_up(Stage& stage, const Aligned<double>& before_x, const Aligned<double>& before_v,
-             const Risen& risen);
+// Gives parts that rise again the rest of the speed that they are to leave with, and takes off what
+// impacts add to the energy of rigid parts: w changes, and x0 of rigid parts. `risen`: of a longer
+// stage; what is not in it does not rise.
+void finish_impacts(Stage& stage, const SolvedStage& solved, const Risen& risen);
 
 }  // namespace physics

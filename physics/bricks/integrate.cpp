@@ -32,8 +32,14 @@ void solve_over(FrameStep& step, double tau, double share, Balance balance)
     }
     find_leftover(stage, step.solver, step.record);
     step.forces = forces_of_stage(stage, step.record);
+    if (!stage.rigid.none()) step.solved = stage.x;
     take_rigid_motion(stage);
     turn_rigid_parts(stage);
+}
+
+SolvedStage solved_of(const FrameStep& step)
+{
+    return {step.now.x, step.now.v, step.stage.rigid.none() ? step.stage.x : step.solved};
 }
 
 // Solves the stage over another time, tells what rises by that, and solves it again as it was.
@@ -67,13 +73,13 @@ Risen risen_in_a_step(FrameStep& step, double share, Balance balance)
 {
     constexpr double nearly = 0.9;
     const double whole = step.frame.seconds / least_steps(step.frame.options);
-    Risen own = risen(step.stage, step.now.x, step.now.v);
+    Risen own = risen(step.stage, solved_of(step));
     if (step.stage.halvings > 0) return risen_in_halves(step, std::move(own));
     const bool all =
         std::all_of(own.begin(), own.end(), [](const auto& r) { return r.second == 1; });
     if (all || balance != Balance::end || step.stage.tau > nearly * whole) return own;
     Risen out;
-    tell_over(step, whole, share, [&] { out = risen(step.stage, step.now.x, step.now.v); });
+    tell_over(step, whole, share, [&] { out = risen(step.stage, solved_of(step)); });
     return out;
 }
 
@@ -81,7 +87,7 @@ Risen risen_in_a_step(FrameStep& step, double share, Balance balance)
 Risen risen_by_error_in_a_step(FrameStep& step, double share)
 {
     const double finest = step.frame.seconds / (1 << finest_by_error);
-    const auto told = [&] { return risen_by_error(step.stage, step.now.x, step.now.v, finest); };
+    const auto told = [&] { return risen_by_error(step.stage, solved_of(step), finest); };
     const auto is_told = [](const auto& r) { return r.second != rigid_yet; };
     Risen out = told();
     if (step.stage.halvings > 0) {
@@ -104,18 +110,19 @@ void take_stage(FrameStep& step, double tau, double share, Balance balance)
     Stage& stage = step.stage;
     solve_over(step, tau, share, balance);
     if (stage.halvings == 0) step.risen.clear();
+    Risen all;
     if (stage.struck) {
         const bool by_error = are_by_error(step.frame.options);
-        const Risen all = by_error ? risen_by_error_in_a_step(step, share)
-                                   : risen_in_a_step(step, share, balance);
+        all = by_error ? risen_by_error_in_a_step(step, share)
+                       : risen_in_a_step(step, share, balance);
         if (stage.halvings == 0) step.risen = all;
         const auto followed = [](const auto& r) { return r.second == 0; };
         if (by_error && std::any_of(all.begin(), all.end(), followed)) {
             step.solved_error =
                 error_of_step(stage, step.now.x, step.now.v, stage.x, stage.w, stage.tau);
         }
-        make_up(stage, step.now.x, step.now.v, all);
     }
+    if (stage.struck || !stage.rigid.none()) finish_impacts(stage, solved_of(step), all);
     const Motion before = stage.rigid.none() ? Motion{} : step.now;
     for (std::size_t i = 0; i < step.frame.n; ++i) {
         step.now.x[i] = stage.x0[i] + tau * stage.w[i];

@@ -26,6 +26,8 @@ struct FrameStep {
     StepSolver solver;
     StepRecord record;
     Motion now;
+    // m, with rigid parts: the end of the stage as it was solved, before these turned.
+    Aligned<double> solved;
     MeanForces forces;      // of the stage that was solved last, of the step once that is taken
     MeanForces mean;        // of the steps that were taken
     EnergyAccount account;  // of the midpoint rule
