@@ -28,7 +28,7 @@ struct Any {
 };
 
 // Rigid boxes, each with how it starts to move.
-struct Scene {
+struct Throw {
     std::vector<Cubes> boxes;
     std::vector<Vec3> velocity, spin;
     PartContactOptions contact = {.friction = 0};
@@ -97,7 +97,7 @@ struct Went {
     double linear = 0, angular = 0;  // shares by which the momenta changed at most
     bool hit = false;
 };
-Went run(Scene& scene, int substeps, int frames, const std::function<void(int)>& before = {})
+Went run(Throw& scene, int substeps, int frames, const std::function<void(int)>& before = {})
 {
     const BricksBody body = scene.body();
     State state = scene.start(body);
@@ -127,10 +127,10 @@ Collider floor_of(double bounce)
     return out;
 }
 
-Scene thrown_down(std::uint64_t seed, double bounce)
+Throw thrown_down(std::uint64_t seed, double bounce)
 {
     Any any(seed);
-    Scene scene;
+    Throw scene;
     const int n = static_cast<int>(seed % 3), m = static_cast<int>(seed / 3 % 2);
     scene.add(fixtures::box(2 + 2 * n, 2 + 2 * m, 4, 0.05), {0, 0.25, 0},
               {0, -1.25 + 0.75 * any.one(), 0}, 5 * any.three());
@@ -145,11 +145,13 @@ TEST(ImpactEnergy, ASpinningBoxGainsNothingFromAFloor)
     for (const double bounce : {0.5, 1.0}) {
         for (const int substeps : {0, 1, 4}) {
             for (std::uint64_t seed = 0; seed < 8; ++seed) {
-                Scene scene = thrown_down(seed, bounce);
+                Throw scene = thrown_down(seed, bounce);
                 const Went went = run(scene, substeps, 20);
                 EXPECT_LT(went.rise, 1e-6) << bounce << " " << substeps << " " << seed;
                 EXPECT_TRUE(went.hit);
-                if (bounce == 1) EXPECT_GT(went.left, 0.9) << substeps << " " << seed;
+                if (bounce == 1) {
+                    EXPECT_GT(went.left, 0.9) << substeps << " " << seed;
+                }
             }
         }
     }
@@ -161,7 +163,7 @@ TEST(ImpactEnergy, ASpinningBoxGainsNothingAgainstAFloorThatMoves)
     constexpr double speed = 1.5;
     for (const int substeps : {0, 1, 4}) {
         for (std::uint64_t seed = 0; seed < 5; ++seed) {
-            Scene scene = thrown_down(seed, 1);
+            Throw scene = thrown_down(seed, 1);
             scene.against.y() = speed;
             const auto height = [&](int at) {
                 const double y = at * speed * frame_seconds;
@@ -183,7 +185,7 @@ TEST(ImpactEnergy, ASpinningBoxThatFallsGainsNothing)
 {
     for (const int substeps : {0, 1, 4}) {
         for (std::uint64_t seed = 0; seed < 5; ++seed) {
-            Scene scene = thrown_down(seed, 1);
+            Throw scene = thrown_down(seed, 1);
             scene.loads.forces.push_back({});
             scene.weight = 9.81;
             const Went went = run(scene, substeps, 20);
@@ -201,7 +203,7 @@ TEST(ImpactEnergy, TwoSpinningBoxesKeepTheirMomentaAndGainNothing)
         for (const int substeps : {0, 1, 4}) {
             for (std::uint64_t seed = 0; seed < 4; ++seed) {
                 Any any(seed + 7);
-                Scene scene;
+                Throw scene;
                 scene.contact.bounce = bounce;
                 const int n = static_cast<int>(seed);
                 scene.add(fixtures::box(2 + n % 3, 2 + n / 3 % 2, 3, 0.1), Vec3::Zero(),
@@ -213,7 +215,9 @@ TEST(ImpactEnergy, TwoSpinningBoxesKeepTheirMomentaAndGainNothing)
                 EXPECT_LT(went.rise, 1e-4) << bounce << " " << substeps << " " << seed;
                 EXPECT_LT(went.linear, 1e-12) << bounce << " " << substeps << " " << seed;
                 EXPECT_LT(went.angular, 1e-11) << bounce << " " << substeps << " " << seed;
-                if (bounce == 1) EXPECT_GT(went.left, 0.9) << substeps << " " << seed;
+                if (bounce == 1) {
+                    EXPECT_GT(went.left, 0.9) << substeps << " " << seed;
+                }
             }
         }
     }
@@ -226,7 +230,7 @@ TEST(ImpactEnergy, EightBoxesInAClosedBoxGainNothing)
         for (const int substeps : {0, 1, 4}) {
             const double friction = substeps == 4 ? 0.3 : 0;
             Any any(substeps == 1 ? 11 : 12);
-            Scene scene;
+            Throw scene;
             scene.contact = {.friction = friction, .bounce = bounce};
             for (int b = 0; b < 8; ++b) {
                 const int nx = any.one() > 0 ? 3 : 1, ny = any.one() > 0 ? 2 : 1;
@@ -248,7 +252,9 @@ TEST(ImpactEnergy, EightBoxesInAClosedBoxGainNothing)
             const Went went = run(scene, substeps, 16);
             EXPECT_LT(went.rise, 1e-5) << bounce << " " << substeps;
             EXPECT_TRUE(went.hit);
-            if (bounce == 1 && friction == 0) EXPECT_GT(went.left, 0.8) << substeps;
+            if (bounce == 1 && friction == 0) {
+                EXPECT_GT(went.left, 0.8) << substeps;
+            }
         }
     }
 }
@@ -260,7 +266,7 @@ TEST(ImpactEnergy, ACentralImpactIsNewtonsLaw)
 {
     for (const double bounce : {0.3, 1.0}) {
         for (const int substeps : {0, 1, 4}) {
-            Scene scene;
+            Throw scene;
             scene.contact.bounce = bounce;
             scene.add(fixtures::box(2, 2, 2, 0.1), Vec3::Zero(), Vec3::Zero(), Vec3::Zero());
             scene.add(fixtures::box(2, 4, 2, 0.1), {0, 0.35, 0}, {0, -3, 0}, Vec3::Zero());
