@@ -15,7 +15,7 @@ namespace {
 
 using geometry::Cubes;
 
-constexpr double frame_seconds = 1.0 / 24;
+constexpr double throw_frame = 1.0 / 24;
 
 // Numbers from -1 to 1.
 struct Any {
@@ -106,7 +106,7 @@ Went run(Throw& scene, int substeps, int frames, const std::function<void(int)>&
     Went out;
     for (int frame = 0; frame < frames; ++frame) {
         if (before) before(frame);
-        state = advance(body, state, scene.loads, frame_seconds, {.substeps = substeps});
+        state = advance(body, state, scene.loads, throw_frame, {.substeps = substeps});
         const auto now = scene.motion(state);
         out.rise = std::max(out.rise, now.energy / last.energy - 1);
         out.linear = std::max(out.linear, (now.linear - first.linear).norm());
@@ -166,7 +166,7 @@ TEST(ImpactEnergy, ASpinningBoxGainsNothingAgainstAFloorThatMoves)
             Throw scene = thrown_down(seed, 1);
             scene.against.y() = speed;
             const auto height = [&](int at) {
-                const double y = at * speed * frame_seconds;
+                const double y = at * speed * throw_frame;
                 return geometry::Transform(Eigen::Translation3d(0, y, 0));
             };
             const Went went = run(scene, substeps, 12, [&](int frame) {
@@ -273,7 +273,7 @@ TEST(ImpactEnergy, ACentralImpactIsNewtonsLaw)
             const BricksBody body = scene.body();
             State state = scene.start(body);
             for (int frame = 0; frame < 4; ++frame) {
-                state = advance(body, state, {}, frame_seconds, {.substeps = substeps});
+                state = advance(body, state, {}, throw_frame, {.substeps = substeps});
             }
             const double mean = -2;
             for (const Vec3& v : {state.v.front(), state.v.back()}) {

@@ -14,7 +14,7 @@ namespace {
 
 using geometry::Cubes;
 
-constexpr double h = 0.1, frame_seconds = 1.0 / 24;
+constexpr double h = 0.1, one_frame = 1.0 / 24;
 
 BricksBody body_of(const std::vector<Cubes>& of, bool rigid)
 {
@@ -46,7 +46,7 @@ Rise rise_of(const std::vector<Cubes>& boxes, bool rigid, int substeps)
     State state = rest_state(body);
     Rise out;
     for (int frame = 0; frame < 24; ++frame) {
-        state = advance(body, state, loads, frame_seconds, {.substeps = substeps});
+        state = advance(body, state, loads, one_frame, {.substeps = substeps});
         out.last = std::numeric_limits<double>::infinity();
         for (std::size_t k = state.x.size() - boxes.back().corner_count(); k < state.x.size();
              ++k) {
