@@ -17,17 +17,42 @@
 // the speed that the steady forces give within the stage, nothing bounces, so that things come to
 // rest. The midpoint rule and sdirk2 keep vibration, and points have velocities that lead nowhere
 // within a step: there v is that of the part as a rigid body.
-//
-// The speeds of parts before and after are told at the same place, with the arms that it has where
-// the stage begins, and an impulse acts there: what turns within the stage would otherwise differ
-// in speed from itself. Rigid parts then turn on from there with the momentum that they have got,
-// and what they get adds no energy (impact_energy.hpp).
 
+#include "physics/bricks/free_parts.hpp"
 #include "physics/bricks/stage.hpp"
 
-#include <map>
-
 namespace physics {
+
+// How a point comes to its plane, along the normal, where a stage starts.
+struct Coming {
+    double gap;           // m
+    double speed;         // m/s, inward
+    double acceleration;  // m/s^2, inward, of the steady forces
+};
+
+class Comings {
+public:
+    explicit Comings(const Stage& stage) : stage_(stage) {}
+
+    Coming of(const PlaneTouch& touch);
+
+private:
+    // How fast the point goes inward with its part as a whole, m/s.
+    double speed_as_a_whole(const PlaneTouch& touch);
+
+    const Stage& stage_;
+    std::vector<RigidPart> parts_;  // where the stage starts; empty: not needed yet
+};
+
+// Whether the point is in what it touches before the step ends, and not just because it lies on
+// it.
+bool hits(const Stage& stage, const Coming& in);
+
+// Where the point of a touch is when corners are at x.
+Vec3 place_of_touch(const PlaneTouch& touch, const Aligned<double>& x);
+
+// Of a part as a rigid body, where p is, m/s.
+Vec3 velocity_at(const RigidPart& part, const Vec3& p);
 
 // Sets how each of the stage's touches bounces, from where the stage starts, and whether any of
 // them is struck.
@@ -36,36 +61,5 @@ void aim_bounces(Stage& stage);
 // When the first of them hits, s after the start of the stage; tau: none does, or all from the
 // start.
 double first_hit(const Stage& stage);
-
-// Who meets: part, whether the other is a part, and which.
-struct Meeting {
-    std::uint32_t part = 0;
-    bool parts = false;
-    std::uint32_t other = 0;
-
-    auto operator<=>(const Meeting&) const = default;
-};
-// Of each that bounces, how much it is a rigid body by the end of a stage: 1 where it has a third
-// of the speed that it is to leave with by then, or more, 0 where it does not rise yet.
-using Risen = std::map<Meeting, double>;
-
-// A stage that was solved.
-struct SolvedStage {
-    const Aligned<double>&x, &v;  // m, m/s: as it began
-    const Aligned<double>& end;   // m, x at its end as solved, before rigid parts turned
-};
-
-Risen risen(const Stage& stage, const SolvedStage& solved);
-
-// Where the error chooses the steps: 0 for what is better followed while it is squashed, since
-// steps of that error, `finest` seconds at least, leave it more speed than its bounce; 1 for what
-// bounces; rigid_yet for what bounces unless a shorter stage tells more of it.
-inline constexpr double rigid_yet = 2;
-Risen risen_by_error(const Stage& stage, const SolvedStage& solved, double finest);
-
-// Gives parts that rise again the rest of the speed that they are to leave with, and takes off what
-// impacts add to the energy of rigid parts: w changes, and x0 of rigid parts. `risen`: of a longer
-// stage; what is not in it does not rise.
-void finish_impacts(Stage& stage, const SolvedStage& solved, const Risen& risen);
 
 }  // namespace physics

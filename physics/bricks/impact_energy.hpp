@@ -26,11 +26,18 @@
 // needs to rise (step_energy.hpp). Groups that pins hold, or that have elastic parts, stay as they
 // are: of these, it is not known how much energy they may have.
 
-#include "physics/bricks/bounce.hpp"
+#include "physics/bricks/free_parts.hpp"
+#include "physics/bricks/stage.hpp"
 
 #include <span>
 
 namespace physics {
+
+// A stage that was solved.
+struct SolvedStage {
+    const Aligned<double>&x, &v;  // m, m/s: as it began
+    const Aligned<double>& end;   // m, x at its end as solved, before rigid parts turned
+};
 
 // What pushes a rigid part in the stage.
 struct Push {

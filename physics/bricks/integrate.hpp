@@ -2,7 +2,7 @@
 
 // One step of a frame, by the integrator that was chosen (time_step.hpp).
 
-#include "physics/bricks/bounce.hpp"
+#include "physics/bricks/impacts.hpp"
 #include "physics/bricks/mean_forces.hpp"
 #include "physics/bricks/stage.hpp"
 #include "physics/bricks/step_energy.hpp"
