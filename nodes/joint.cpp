@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 namespace nodes::joint {
 
 using geometry::Vec3;
@@ -36,19 +38,37 @@ static graph::Faults check(const Inputs& in, const graph::Setting& setting)
     return faults;
 }
 
+static void warn_of_others(std::size_t others, const Vec3& p, const graph::Context& context)
+{
+    if (others == 0) return;
+    context.warn(fmt::format(
+        "{} of `cubes` also {} cubes at ({:.4g}, {:.4g}, {:.4g}), and {} not joined: move "
+        "position to where two parts alone meet, or join the others by a Joint of their own",
+        others == 1 ? "one more part" : fmt::format("{} more parts", others),
+        others == 1 ? "has" : "have", p.x(), p.y(), p.z(), others == 1 ? "is" : "are"));
+}
+
+static void warn_of_width(const Inputs& in, const physics::JointDoubts& doubts,
+                          const graph::Context& context)
+{
+    for (std::size_t side = 0; side < 2; ++side) {
+        if (!doubts.too_wide(side)) continue;
+        const double edge = in.cubes[std::min(side, in.cubes.size() - 1)]->size;
+        context.warn(fmt::format(
+            "size = {:.3g} m reaches {:.3g} m beyond part {}, whose cubes have edges of {:.3g} m. "
+            "Unless it is rigid, its outermost cubes bend and it hangs loose: set a smaller size, "
+            "or 0 for four edges of the smaller cubes",
+            in.size, doubts.outside[side] * edge, side + 1, edge));
+    }
+}
+
 static Outputs run(const Inputs& in, const graph::Context& context)
 {
-    std::size_t others = 0;
+    physics::JointDoubts doubts;
     Outputs out{
-        physics::make_joint(in.cubes, {in.kind, in.position, in.axis, in.size, in.reach}, &others)};
-    if (others > 0) {
-        const auto& p = in.position;
-        context.warn(fmt::format(
-            "{} of `cubes` also {} cubes at ({:.4g}, {:.4g}, {:.4g}), and {} not joined: move "
-            "position to where two parts alone meet, or join the others by a Joint of their own",
-            others == 1 ? "one more part" : fmt::format("{} more parts", others),
-            others == 1 ? "has" : "have", p.x(), p.y(), p.z(), others == 1 ? "is" : "are"));
-    }
+        physics::make_joint(in.cubes, {in.kind, in.position, in.axis, in.size, in.reach}, &doubts)};
+    warn_of_others(doubts.others, in.position, context);
+    warn_of_width(in, doubts, context);
     return out;
 }
 
@@ -73,8 +93,8 @@ void add_to(graph::Registry& registry)
                {"kind", {"hinge"}})
         .param("size", &Inputs::size,
                "Length of the hinge, or diagonal of the cube whose corners are welded, centred on "
-               "the position; 0: four edges of the larger cubes. A longer hinge twists less in "
-               "soft parts.",
+               "the position; 0: four edges of the smaller cubes. A longer hinge twists less in "
+               "soft parts, as long as it is within both.",
                {.min = 0, .unit = "m"}, {"kind", {"hinge", "weld"}})
         .param("reach", &Inputs::reach,
                "Largest distance from the position to the cubes of either part; 0: the edge of "

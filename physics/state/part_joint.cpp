@@ -123,15 +123,14 @@ void require_reach(const Part& part, const PartJointSettings& settings, const st
         name, part.distance, named(settings.position), reach));
 }
 
-std::array<Part, 2> two_parts(Models models, const PartJointSettings& settings, std::size_t* others)
+std::array<Part, 2> two_parts(Models models, const PartJointSettings& settings, std::size_t& others)
 {
     std::array<Part, 2> out;
-    std::size_t more = 0;
     const auto holds = [](const Part& part) { return part.distance == 0; };
     if (models.size() == 2) {
         for (std::size_t i = 0; i < 2; ++i) {
             auto parts = parts_of(*models[i], settings.position);
-            more += std::size_t(std::count_if(parts.begin() + 1, parts.end(), holds));
+            others += std::size_t(std::count_if(parts.begin() + 1, parts.end(), holds));
             out[i] = std::move(parts[0]);
             require_reach(out[i], settings, fmt::format("link {} of `cubes`", i + 1));
         }
@@ -142,11 +141,10 @@ std::array<Part, 2> two_parts(Models models, const PartJointSettings& settings, 
                 "the cubes are one part, which a joint cannot join to itself: link a second model, "
                 "or voxelize pieces of the mesh with pieces = each, groups or apart");
         }
-        more = std::size_t(std::count_if(parts.begin() + 2, parts.end(), holds));
+        others = std::size_t(std::count_if(parts.begin() + 2, parts.end(), holds));
         out = {std::move(parts[0]), std::move(parts[1])};
         require_reach(out[1], settings, "the second part of `cubes`");
     }
-    if (others) *others = more;
     return out;
 }
 
@@ -164,6 +162,12 @@ std::vector<Vec3> places(const PartJointSettings& settings, double size)
                               Vec3(a & 1 ? 1 : -1, a & 2 ? 1 : -1, a & 4 ? 1 : -1));
     }
     return out;
+}
+
+// Edges of a part's cubes that p is farther from it than the position is.
+double farther_out(const Part& part, const Vec3& p)
+{
+    return (distance_to(*part.cubes, nearest_of(part, p), p) - part.distance) / part.cubes->size;
 }
 
 JointPoint point_at(const std::array<Part, 2>& parts, const Vec3& p)
@@ -184,18 +188,23 @@ JointPoint point_at(const std::array<Part, 2>& parts, const Vec3& p)
 
 }  // namespace
 
-PartJoint make_joint(Models cubes, const PartJointSettings& settings, std::size_t* others)
+PartJoint make_joint(Models cubes, const PartJointSettings& settings, JointDoubts* doubts)
 {
     check(cubes, settings);
-    const auto parts = two_parts(cubes, settings, others);
-    constexpr double usual = 4;  // edges
-    const double edge = std::max(parts[0].cubes->size, parts[1].cubes->size);
+    JointDoubts found;
+    const auto parts = two_parts(cubes, settings, found.others);
+    constexpr double usual = 4;  // edges; of larger cubes, points would lie far outside a thin part
+    const double edge = std::min(parts[0].cubes->size, parts[1].cubes->size);
     PartJoint out;
     out.position = settings.position;
     out.cubes = {mark_of(*parts[0].cubes), mark_of(*parts[1].cubes)};
     for (const Vec3& p : places(settings, settings.size > 0 ? settings.size : usual * edge)) {
         out.points.push_back(point_at(parts, p));
+        for (std::size_t side = 0; side < 2; ++side) {
+            found.outside[side] = std::max(found.outside[side], farther_out(parts[side], p));
+        }
     }
+    if (doubts) *doubts = found;
     return out;
 }
 

@@ -13,6 +13,7 @@
 #include "physics/state/loads.hpp"
 #include "physics/state/state.hpp"
 
+#include <array>
 #include <memory>
 #include <span>
 #include <vector>
@@ -25,17 +26,26 @@ struct PartJointSettings {
     PartJointKind kind = PartJointKind::ball;
     Vec3 position{0, 0, 0};  // m, in the rest shape
     Vec3 axis{0, 1, 0};      // of a hinge; any length but 0
-    double size = 0;         // m, length of a hinge, width of a weld; 0: four edges of cubes
-    double reach = 0;        // m, to the nearest cube of either part; 0: an edge of its cubes
+    double size = 0;   // m, length of a hinge, width of a weld; 0: four edges of the smaller cubes
+    double reach = 0;  // m, to the nearest cube of either part; 0: an edge of its cubes
+};
+
+// What may be wrong with a joint.
+struct JointDoubts {
+    std::size_t others = 0;           // parts besides that hold the position too
+    std::array<double, 2> outside{};  // edges, by which its points lie outside of each part
+
+    // Beyond two edges, corners of the nearest cube would have weights above three: the cube bends
+    // and the part hangs loose. The usual size stays within them.
+    bool too_wide(std::size_t side) const { return outside[side] > 2 + 1e-9; }
 };
 
 // The joint of the nearest part of each of two models, or of the two nearest parts of one. A part
-// is what cubes are that hang together by corners. `others`, where given, becomes the number of
-// parts besides that hold the position too. Throws std::invalid_argument, with what to do, where a
-// part is out of reach, where there is no second one, for cubes of a plane or a sheet, and for an
-// axis or a position that is not finite or zero.
+// is what cubes are that hang together by corners. Throws std::invalid_argument, with what to do,
+// where a part is out of reach, where there is no second one, for cubes of a plane or a sheet, and
+// for an axis or a position that is not finite or zero.
 PartJoint make_joint(std::span<const std::shared_ptr<const geometry::Cubes>> cubes,
-                     const PartJointSettings& settings, std::size_t* others = nullptr);
+                     const PartJointSettings& settings, JointDoubts* doubts = nullptr);
 
 // The points of a joint, with the corners of all models that are simulated: `models`, or the cubes
 // of the only one. Throws std::invalid_argument where it is of other cubes.

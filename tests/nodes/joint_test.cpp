@@ -92,6 +92,25 @@ TEST(Joint, WarnsOfAThirdPartThatItLeavesOut)
     EXPECT_NE(joint.warnings[0].find("one more part"), std::string::npos) << joint.warnings[0];
 }
 
+TEST(Joint, WarnsOfAWidthBeyondAPart)
+{
+    const Value block = Value::of(bar_at(0)), bar = [] {
+        Cubes out = fixtures::box(16, 4, 4, 0.025);
+        out.origin = Vec3(0.42, 0, 0);
+        return Value::of(out);
+    }();
+    NodeRun joint = joint_at(0.41, {block, bar});
+    joint.param("kind").is = std::string("weld");
+    joint.run();
+    EXPECT_TRUE(joint.warnings.empty());
+    joint.param("size").is = 0.4;
+    joint.run();
+    ASSERT_EQ(joint.warnings.size(), 1u);
+    EXPECT_NE(joint.warnings[0].find("beyond part 2, whose cubes have edges of 0.025 m"),
+              std::string::npos)
+        << joint.warnings[0];
+}
+
 TEST(Joint, OfOtherCubesIsRefused)
 {
     const Value left = Value::of(bar_at(0)), right = Value::of(bar_at(0.42));
