@@ -1,13 +1,15 @@
 #pragma once
 
-// A check of meshes that Voxelize and Sample fill: whether one is a shell with an opening, as a
-// bowl is, that is filled up to its rim. Small holes, which models of solids often have, are filled
-// on purpose.
+// Checks of open meshes that Voxelize and Sample fill: whether one is a shell with an opening, as a
+// bowl is, that is filled up to its rim, or has too few faces to be filled at all. Small holes,
+// which models of solids often have, are filled on purpose.
 
 #include "geometry/cubes/sample_volume.hpp"
+#include "geometry/mesh/measure.hpp"
 #include "geometry/mesh/mesh.hpp"
 #include "geometry/mesh/mesh_edges.hpp"
 #include "geometry/mesh/open_pieces.hpp"
+#include "geometry/mesh/solid_faces.hpp"
 #include "geometry/mesh/split.hpp"
 #include "geometry/mesh/triangle_bvh.hpp"
 #include "graph/types/context.hpp"
@@ -73,6 +75,50 @@ inline FilledShell find_filled_shell(const geometry::TriMesh& mesh, geometry::In
     return out;
 }
 
+// Open pieces of which next to nothing is inside, though they would hold much with their holes
+// closed: too little is left of them for the winding number to pass a half.
+struct LostSolid {
+    double inside = 0, held = 0;  // m^3; of open pieces with flat lids on their holes
+    double across = 0;            // m, of the largest hole
+    geometry::Vec3 where{0, 0, 0};
+    bool lost() const { return held > 0; }
+};
+
+inline LostSolid find_lost_solid(const geometry::TriMesh& mesh, geometry::Inside rule)
+{
+    constexpr double least_volume = 0.01;  // of area^1.5; a ball has 0.094
+    constexpr double least_inside = 0.1;   // of what it would hold
+    const geometry::Pieces pieces = geometry::find_pieces(mesh);
+    LostSolid out;
+    for (const geometry::OpenPiece& open : geometry::open_pieces(mesh, pieces)) {
+        if (open.volume < least_volume * std::pow(pieces.area[open.piece], 1.5)) continue;
+        out.held += open.volume;
+        if (open.across <= out.across) continue;
+        out.across = open.across;
+        out.where = open.centre.unaryExpr(
+            [&](double v) { return std::abs(v) < 1e-5 * open.across ? 0 : v; });
+    }
+    if (out.held == 0) return {};
+    out.inside = geometry::volume_inside(mesh, rule);
+    return out.inside < least_inside * out.held ? out : LostSolid{};
+}
+
+// Faces of vertices that are not finite are holes.
+inline void warn_of_lost_solid(const geometry::TriMesh& mesh, geometry::Inside rule,
+                               const char* fill, const char* instead, const graph::Context& context)
+{
+    const bool finite = geometry::what_place_is_not_finite(mesh).empty();
+    if (finite && geometry::is_closed(mesh.triangles(), mesh.positions.size())) return;
+    const LostSolid found =
+        find_lost_solid(finite ? mesh : geometry::mesh_of(mesh, geometry::solid_faces(mesh)), rule);
+    if (!found.lost()) return;
+    context.warn(fmt::format(
+        "the mesh is so open that {} finds almost no inside: {:.2g} m^3 of the {:.2g} m^3 that "
+        "it would hold with its holes closed (one {:.2g} m across is at {}). The body is as much "
+        "too light: close the holes in the mesh, or set {} and its thickness",
+        fill, found.inside, found.held, found.across, place_text(found.where), instead));
+}
+
 // `rule`: how inside is decided, `fill`: the setting that fills, `instead`: what to set for a
 // shell.
 inline void warn_of_filled_shell(const geometry::TriMesh& mesh, geometry::Inside rule,
@@ -80,7 +126,10 @@ inline void warn_of_filled_shell(const geometry::TriMesh& mesh, geometry::Inside
                                  const graph::Context& context)
 {
     const FilledShell shell = find_filled_shell(mesh, rule, thickness);
-    if (!shell.filled()) return;
+    if (!shell.filled()) {
+        if (thickness <= 0) warn_of_lost_solid(mesh, rule, fill, instead, context);
+        return;
+    }
     context.warn(fmt::format(
         "the mesh is open: a hole {:.2g} m across at {}. {} fills it up to the rim "
         "({:.2g} m^3){}. If it is a shell, as a bowl is, set {}{}; if it is solid, "

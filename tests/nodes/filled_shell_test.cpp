@@ -7,7 +7,11 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
+#include <cstdint>
+#include <limits>
+#include <vector>
 
 namespace {
 
@@ -49,6 +53,41 @@ TEST(FilledShell, ABowlThatIsFilledToItsRimIsTold)
     EXPECT_EQ(warnings_of(ball_up_to(0), "surface", 0.1).find("is open"), std::string::npos);
     // A vase with a neck of 0.27 of its diameter: its thickness says that it is no solid.
     EXPECT_TRUE(tells_of_hole(ball_up_to(0.47f), 0.02));
+}
+
+// A box of 1 m by the places of its corners.
+TriMesh box_with(const std::vector<std::array<std::uint32_t, 4>>& faces)
+{
+    std::vector<geometry::Vec3f> places;
+    for (unsigned a = 0; a < 8; ++a) {
+        places.emplace_back(float(a & 1), float(a >> 1 & 1), float(a >> 2 & 1));
+    }
+    std::vector<geometry::Triangle> triangles;
+    for (const auto& [a, b, c, d] : faces) {
+        triangles.push_back({a, b, c});
+        triangles.push_back({a, c, d});
+    }
+    return test_meshes::mesh_of(places, triangles);
+}
+
+// Of six rays from a point no more than three meet a trough of three faces, or what is left of a
+// box where a corner is at no place: none of them has an inside.
+TEST(FilledShell, AMeshTooOpenToBeFilledIsTold)
+{
+    const auto tells = [](const TriMesh& mesh, double thickness) {
+        const std::string text = warnings_of(mesh, "solid", thickness);
+        return text.find("method = solid finds almost no inside") != std::string::npos;
+    };
+    const std::vector<std::array<std::uint32_t, 4>> faces = {
+        {0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {7, 3, 2, 6}, {7, 5, 1, 3}, {0, 4, 6, 2}};
+    const TriMesh trough = box_with({faces[0], faces[1], faces[2]});
+    EXPECT_TRUE(tells(trough, 0));
+    EXPECT_FALSE(tells(trough, 0.02));  // it is a shell
+    TriMesh box = box_with(faces);
+    EXPECT_FALSE(tells(box, 0));
+    box.positions[7].x() = std::numeric_limits<float>::quiet_NaN();
+    EXPECT_TRUE(tells(box, 0));
+    EXPECT_FALSE(tells(ball_up_to(0), 0));
 }
 
 TEST(FilledShell, SampleTellsOfABowlWhoseInsideItFills)
