@@ -19,6 +19,10 @@ std::optional<Problem> set_param(Json& body, std::string_view path, Json value)
     for (std::size_t begin = 0; begin <= path.size();) {
         const std::size_t end = std::min(path.find('.', begin), path.size());
         const std::string key(path.substr(begin, end - begin));
+        // A list that the document does not state has no elements yet.
+        if (begin > 0 && key == "0" && at->object() && at->object()->empty()) {
+            at->is = Json::Array{Json{Json::Object{}, value.origin, value.begin, value.end}};
+        }
         begin = end + 1;
         if (Json::Array* items = at->array()) {
             std::size_t i = 0;

@@ -339,6 +339,21 @@ TEST(Overrides, ThatAreWrongSayWhich)
     EXPECT_THROW(graph::parse_override("mill.=3"), std::invalid_argument);
 }
 
+TEST(Overrides, MakeTheFirstElementOfAListThatIsNotStated)
+{
+    const auto says = [](const char* set) {
+        graph::LoadOptions options;
+        options.sets.push_back(graph::parse_override(set));
+        std::string text = bakery;
+        const std::string raisins = R"("raisins": [ { "at": [0, "=time", 0] }, { "size": 3 } ])";
+        text.erase(text.find(raisins), raisins.size());
+        return told(load(text, options));
+    };
+    EXPECT_EQ(says("work.raisins.0.size=1"), "");
+    EXPECT_NE(says("work.raisins.1.size=1"), "");
+    EXPECT_NE(says("work.0=1"), "");
+}
+
 TEST(Variables, FromOutsideReplaceTheDocumentsOwn)
 {
     graph::LoadOptions options;
