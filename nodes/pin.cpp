@@ -5,6 +5,9 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+#include <limits>
+
 namespace nodes::pin {
 
 using geometry::Vec3;
@@ -39,6 +42,7 @@ struct Inputs {
     graph::Wire<geometry::Cubes> cubes;
     graph::Wire<geometry::TriMesh> mesh;
     graph::Wire<geometry::TriMesh> follow;
+    int on = 1;  // a number, as these alone take keyframes and expressions
     Hold hold = Hold::corners;
     Where where = Where::box;
     BoxPlace box;
@@ -181,8 +185,8 @@ static void warn_of_all(const Inputs& in, std::size_t pinned, const graph::Conte
     const bool still =
         in.axes == Axes::xyz && !in.follow && in.translate.isZero(0) && in.rotate_degrees.isZero(0);
     if (!still || pinned == 0 || pinned < in.cubes->corner_count()) return;
-    context.warn(fmt::format("all {} corners of the cubes lie in the chosen region, so nothing can "
-                             "move: choose a smaller one",
+    context.warn(fmt::format("all {} corners of the cubes lie in the chosen region, so this body "
+                             "cannot move: choose a smaller one",
                              pinned));
 }
 
@@ -205,6 +209,30 @@ static void warn_of_unused_motion(const Inputs& in, const graph::Context& contex
                              unused));
 }
 
+// Where the nearest corner is; of a rim there always are some.
+static std::string nearest_corner(const Inputs& in)
+{
+    if (in.where == Where::rim || in.cubes->corner_count() == 0) return {};
+    const physics::Outside distance = outside(in);
+    Vec3 nearest = Vec3::Zero();
+    double least = std::numeric_limits<double>::infinity();
+    for (std::uint32_t k = 0; k < in.cubes->corner_count(); ++k) {
+        const Vec3 at = in.cubes->corner_position(k);
+        const double d = distance(at);
+        if (d < least) least = d, nearest = at;
+    }
+    if (!std::isfinite(least)) return {};
+    return fmt::format(". The nearest one, at ({:.4g}, {:.4g}, {:.4g}), is {:.3g} m outside, and "
+                       "corners are {:.3g} m apart: choose a larger region, or set hold = points",
+                       nearest.x(), nearest.y(), nearest.z(), least, in.cubes->size);
+}
+
+static Outputs let_go(const Inputs& in)
+{
+    if (in.hold == Hold::points) return {physics::matter_at(*in.cubes, {}, motion_of(in))};
+    return {physics::pins_at(*in.cubes, {}, motion_of(in))};
+}
+
 static Outputs hold_points(const Inputs& in, const graph::Context& context)
 {
     if (in.matter->cubes.empty())
@@ -219,10 +247,12 @@ static Outputs run(const Inputs& in, const graph::Context& context)
         require_a_vertex_a_corner(in);
         warn_of_unused_motion(in, context);
     }
+    if (in.on == 0) return let_go(in);
     if (in.hold == Hold::points) return hold_points(in, context);
     auto corners = chosen(in);
     if (corners.empty())
-        context.warn("no corner of the cubes lies in the chosen region: nothing is pinned");
+        context.warn("no corner of the cubes lies in the chosen region: nothing is pinned" +
+                     nearest_corner(in));
     warn_of_all(in, corners.size(), context);
     Outputs out{in.follow ? physics::pins_on(*in.cubes, std::move(corners), in.follow->positions)
                           : physics::pins_at(*in.cubes, std::move(corners), motion_of(in))};
@@ -270,10 +300,26 @@ static void describe(graph::ParamsOf<EndsPlace>& p)
                {.min = 0, .max = 1'000'000});
 }
 
+static void describe_motion(graph::NodeBuilder<Inputs, Outputs>& node)
+{
+    node.param("translate", &Inputs::translate,
+               "Translation from rest of what is pinned; keyframe it to move that.", {.unit = "m"})
+        .param("rotate_degrees", &Inputs::rotate_degrees,
+               "Rotation of what is pinned about the pivot: about x, then y, then z, each axis "
+               "fixed in space.",
+               {.unit = "deg"})
+        .param("pivot", &Inputs::pivot, "Centre of the rotation.", {.unit = "m"})
+        .param("on", &Inputs::on,
+               "1 holds what is chosen, 0 lets it go. A frame number in an expression releases a "
+               "body (=frame < 24), as keyframes with interpolation = step do. What is held anew "
+               "jumps to its targets.",
+               {.min = 0, .max = 1});
+}
+
 void add_to(graph::Registry& registry)
 {
-    registry.add("Pin", 1, run)
-        .summary("Holds a part of the cubes in place, or moves it along a keyframed path.",
+    auto node = registry.add("Pin", 1, run);
+    node.summary("Holds a part of the cubes in place, or moves it along a keyframed path.",
                  {"constraint", "anchor", "attach", "fix", "hold", "hinge", "joint"})
         .input("cubes", &Inputs::cubes, "The cubes at rest that are pinned.")
         .input("mesh", &Inputs::mesh,
@@ -316,15 +362,9 @@ void add_to(graph::Registry& registry)
                 "Axes of the world along which it is held; along the others they are free. "
                 "One axis makes a roller, or a plane of symmetry; x, for example, holds a plane "
                 "across x, in which corners slide. Several pins of a corner add up. Methods "
-                "bricks and springs alone take fewer axes than xyz.")
-        .param("translate", &Inputs::translate,
-               "Translation from rest of what is pinned; keyframe it to move that.", {.unit = "m"})
-        .param("rotate_degrees", &Inputs::rotate_degrees,
-               "Rotation of what is pinned about the pivot: about x, then y, then z, each axis "
-               "fixed in space.",
-               {.unit = "deg"})
-        .param("pivot", &Inputs::pivot, "Centre of the rotation.", {.unit = "m"})
-        .prepare("matter", &Inputs::matter, find_matter,
+                "bricks and springs alone take fewer axes than xyz.");
+    describe_motion(node);
+    node.prepare("matter", &Inputs::matter, find_matter,
                  {"cubes", "mesh", "hold", "where", "box", "sphere", "below", "material", "ends",
                   "axes"})
         .check(check)

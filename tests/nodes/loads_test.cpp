@@ -93,6 +93,36 @@ TEST(Pin, ChoosesTheCornersOfItsPlace)
     EXPECT_EQ(held("rim", [](NodeRun&) {}), 26u);
 }
 
+TEST(Pin, LetsGoWhereItIsOff)
+{
+    for (const char* hold : {"corners", "points"}) {
+        NodeRun pin("Pin");
+        pin.param("hold").is = std::string(hold);
+        pin.param("on").is = std::int64_t{0};
+        const auto pins = pins_of(pin, block()).as<physics::Pins>();
+        EXPECT_TRUE(pins->corner.empty() && pins->matter.cubes.empty()) << hold;
+        EXPECT_TRUE(pin.warnings.empty()) << hold;
+    }
+}
+
+TEST(Pin, TellsWhatItHoldsNothingOfOrAllOf)
+{
+    NodeRun none("Pin");
+    none.param("box.centre").is = Vector{0.5, 1.3, 0.5};
+    none.param("box.size").is = Vector{0.2, 0.2, 0.2};
+    pins_of(none, block());
+    ASSERT_EQ(none.warnings.size(), 1u);
+    EXPECT_NE(none.warnings[0].find("The nearest one, at (0.5, 1, 0.5), is 0.2 m outside, and "
+                                    "corners are 0.5 m apart"),
+              std::string::npos)
+        << none.warnings[0];
+    NodeRun all("Pin");
+    all.param("box.size").is = Vector{9, 9, 9};
+    pins_of(all, block());
+    ASSERT_EQ(all.warnings.size(), 1u);
+    EXPECT_NE(all.warnings[0].find("so this body cannot move"), std::string::npos);
+}
+
 TEST(Pin, RotatesAboutItsPivotBeforeItTranslates)
 {
     const Value cubes = block();
