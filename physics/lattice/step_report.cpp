@@ -118,7 +118,7 @@ void warn_of_inverted(FrameState& step)
         count += sides.determinant() < 0;
     });
     if (4 * count < cubes.size() || count == 0) return;
-    const std::string text = told_of_inverted(count, cubes.size());
+    const std::string text = told_of_inverted(count, cubes.size(), false, by_substeps);
     step.state.report.warnings.push_back(text);
 }
 

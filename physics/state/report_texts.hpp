@@ -10,15 +10,22 @@
 
 namespace physics {
 
+// How steps become shorter: where their number is the user's, or chosen by their error.
+inline constexpr const char* by_substeps = "raise step.substeps.";
+inline constexpr const char* by_substeps_or_error =
+    "raise step.substeps; where it is 0, lower step.error.";
+
 // Of `inverted` > 0 cubes of all. `fast`: corners move by more than a cube in a step, so that a
 // stiffer material would make it worse.
-inline std::string told_of_inverted(std::size_t inverted, std::size_t all, bool fast = false)
+inline std::string told_of_inverted(std::size_t inverted, std::size_t all, bool fast = false,
+                                    const char* shorter = by_substeps_or_error)
 {
     const bool few = 4 * inverted < all;
     return std::string(few ? "Some cubes" : "A quarter of the cubes or more") +
            " are inverted or pressed flat" +
-           (fast ? ", and corners move more than a cube per step. Use more substeps."
-                 : ". Use a stiffer material or more substeps.");
+           (fast ? ", and corners move more than a cube per step. Use shorter steps: "
+                 : ". Use a stiffer material or shorter steps: ") +
+           shorter;
 }
 
 // Of a step that could not be taken.

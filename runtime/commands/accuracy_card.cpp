@@ -239,13 +239,15 @@ std::string warning_of(const AccuracyCard& card, const CardLine& line)
     if (line.over == Over::once && line.name.starts_with("volume")) return told_of_volume(line);
     if (line.over == Over::largest && line.name.ends_with(", m") && line.value > line.of) {
         return fmt::format("a {} of {:.2g} m (frame {}) is more than a cube of {:.2g} m, so that "
-                           "bodies may pass through what they touch: raise step.substeps, or start "
-                           "them apart",
+                           "bodies may pass through what they touch: raise step.substeps (where it "
+                           "is 0, lower step.error), or start them apart",
                            short_name(line.name), line.value, line.frame, line.of);
     }
     if (line.over == Over::balance && line.name.find(" gained") != std::string::npos &&
         line.value > much) {
-        return fmt::format("{} {}, and nothing drives the body: raise step.substeps, or "
+        return fmt::format("{} {}, and nothing that is linked drives the body: where it starts "
+                           "inside a collider or another body, move it out; otherwise raise "
+                           "step.substeps (where it is 0, lower step.error) or "
                            "step.newton_iterations",
                            short_name(line.name), percent_text(line.value, false));
     }

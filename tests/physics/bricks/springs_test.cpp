@@ -97,7 +97,7 @@ TEST(Springs, WarnOfInvertedCubes)
     ASSERT_EQ(state.report.warnings.size(), 1u);
     EXPECT_EQ(state.report.warnings[0],
               "A quarter of the cubes or more are inverted or pressed flat. Use a stiffer material "
-              "or more substeps.");
+              "or shorter steps: raise step.substeps; where it is 0, lower step.error.");
     // Turned by any angle and stretched, none is.
     state = rest_state(body);
     const Eigen::AngleAxisd turn(2, Vec3(1, 2, 3).normalized());
@@ -114,7 +114,7 @@ TEST(Springs, InvertedCubesThatMoveFarInAStepNeedSubsteps)
     State state = rest_state(body);
     for (Vec3& p : state.x) p.x() = -p.x();
     for (Vec3& v : state.v) v = Vec3(0, -0.4, 0);
-    const std::string said = "corners move more than a cube per step. Use more substeps.";
+    const std::string said = "corners move more than a cube per step. Use shorter steps: ";
     state = advance(body, state, {}, 1.0 / 24);
     EXPECT_TRUE(any_has(state.report.warnings, said));
     EXPECT_FALSE(any_has(state.report.warnings, "stiffer"));
