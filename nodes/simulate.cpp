@@ -206,6 +206,7 @@ static void add_forces(const Inputs& in, const graph::Context& context, physics:
     for (const auto& text : told_of_high_pressure(in.cubes, in.forces)) context.warn(text);
     for (const auto& warning : physics::far_forces(in.cubes, loads.forces)) context.warn(warning);
     warn_of_idle(in, context);
+    if (const auto idle = told_of_unused_error(in.step); !idle.empty()) context.warn(idle);
     physics::Force gravity{physics::Force::Kind::gravity, in.gravity};
     if (in.last) gravity.began_as({gravity.kind, in.last->gravity});
     if (gravity.before || !in.gravity.isZero(0)) loads.forces.push_back(gravity);

@@ -6,6 +6,7 @@
 #include "nodes/simulate_bodies.hpp"
 #include "physics/state/loads.hpp"
 #include "physics/state/state_models.hpp"
+#include "physics/state/step_options.hpp"
 
 #include <fmt/format.h>
 
@@ -81,6 +82,19 @@ told_of_clamps(const std::vector<graph::Wire<geometry::Cubes>>& cubes,
             clamps, i));
     }
     return told;
+}
+
+// A step.error that is stated where the number of steps does not follow it.
+inline std::string told_of_unused_error(const physics::StepOptions& step)
+{
+    if (step.error == physics::StepOptions{}.error) return {};
+    if (step.substeps > 0) {
+        return fmt::format("step.error has no effect, because step.substeps = {}: set that to 0",
+                           step.substeps);
+    }
+    if (step.integrator == physics::Integrator::implicit_euler) return {};
+    return "step.error has no effect: it is known with step.integrator = implicit_euler alone, and "
+           "others take one step a frame. Set step.substeps";
 }
 
 // Bodies so large that they hardly seem to fall, as those of a mesh in centimetres or millimetres

@@ -239,4 +239,22 @@ TEST(TrueStepsNodes, ConvergedTellsStepsThatAreSolvedFromThoseThatAreNot)
     EXPECT_GT(unsolved, 12);
 }
 
+TEST(TrueStepsNodes, AnErrorOfStepsThatNothingFollowsIsTold)
+{
+    const auto told = [](const std::string& step) {
+        Scene scene(spinning("[0, 0, 0]", step));
+        scene.at<physics::State>("sim", 2);
+        std::string all;
+        for (const auto& text : scene.warnings) all += text + "\n";
+        return all;
+    };
+    EXPECT_EQ(told(R"("error": 0.03)"), "");
+    EXPECT_EQ(told(R"("substeps": 4)"), "");
+    EXPECT_EQ(told(R"("integrator": "sdirk2")"), "");
+    EXPECT_NE(told(R"("error": 0.03, "substeps": 4)").find("because step.substeps = 4"),
+              std::string::npos);
+    EXPECT_NE(told(R"("error": 0.03, "integrator": "sdirk2")").find("others take one step a frame"),
+              std::string::npos);
+}
+
 }  // namespace
