@@ -1,6 +1,7 @@
 #include "geometry/io/read_mesh.hpp"
 
 #include "graph/types/node_builder.hpp"
+#include "nodes/far_vertex.hpp"
 #include "nodes/import_limits.hpp"
 #include "nodes/wire_types.hpp"
 
@@ -87,6 +88,8 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     geometry::ReadMesh read = geometry::read_mesh(in.path, options(in, context));
     for (const auto& file : read.side_files) context.opened(file);
     for (const std::string& warning : read.warnings) context.warn(warning);
+    const std::string far = told_of_far_vertex(read.mesh);
+    if (!far.empty()) context.warn(far);
     return {std::move(read.mesh), std::move(read.lines)};
 }
 

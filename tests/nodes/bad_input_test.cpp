@@ -208,6 +208,25 @@ TEST(BadInput, NonFiniteVerticesDropOnlyTheirFaces)
     expect_clear_or_sane_by_all_routes(folder.path / "a.obj");
 }
 
+TEST(BadInput, AVertexFarFromAllOthersIsNamed)
+{
+    const files::Folder folder;
+    const auto told = [&](const std::string& vertex) {
+        std::string text = box;
+        text.replace(text.find("v 1 1 1"), 7, vertex);
+        NodeRun node("ReadMesh");
+        node.param("path").is = folder.write("a.obj", text).string();
+        node.run();
+        std::string all;
+        for (const auto& warning : node.warnings) all += warning + "\n";
+        return all;
+    };
+    EXPECT_EQ(told("v 1 1 1"), "");
+    EXPECT_EQ(told("v 900 1 1"), "");
+    const std::string far = told("v 1e30 1 1");
+    EXPECT_NE(far.find("is at (1e+30, 1, 1), 1e+30 m from the middle"), std::string::npos) << far;
+}
+
 TEST(BadInput, HugeAndTinyScales)
 {
     const files::Folder folder;
