@@ -1,5 +1,7 @@
 #include "geometry/cells/cell_set.hpp"
 
+#include "geometry/base/stop.hpp"
+
 #include <algorithm>
 #include <bit>
 
@@ -163,11 +165,13 @@ std::vector<Vec3i> CellSet::sorted() const
     std::vector<Vec3i> cells(count_);
     std::size_t n = 0;
     constexpr std::uint64_t no_x = ~std::uint64_t{0x1fffff}, no_yx = no_x << 21;
+    StopCheck stop;
     for (std::size_t layer = 0, layer_end = 0; layer < order.size(); layer = layer_end) {
         const std::uint64_t key = order[layer].first & no_yx;
         while (layer_end < order.size() && (order[layer_end].first & no_yx) == key) ++layer_end;
         for (int z = 0; z < 8; ++z) {
             for (std::size_t row = layer, row_end = layer; row < layer_end; row = row_end) {
+                stop();
                 const std::uint64_t row_key = order[row].first & no_x;
                 while (row_end < layer_end && (order[row_end].first & no_x) == row_key) ++row_end;
                 for (int y = 0; y < 8; ++y) {
@@ -249,7 +253,9 @@ std::size_t CellIndex::bytes() const
 CellRuns runs_of(std::span<const Vec3i> cells)
 {
     CellRuns out;
+    StopCheck stop;
     for (std::uint32_t i = 0; i < cells.size();) {
+        stop();
         const Vec3i& c = cells[i];
         if (out.rows.empty() || out.rows.back().y != c.y() || out.rows.back().z != c.z()) {
             out.rows.push_back({c.y(), c.z(), static_cast<std::uint32_t>(out.runs.size())});

@@ -57,6 +57,7 @@ void number_row(const CellRuns& cells, std::array<Neighbour, 4>& rows, std::size
 void number_corners(Cubes& cubes)
 {
     cubes.corners.resize(cubes.cell.size());
+    stop_if_asked();
     cubes.corner.clear();
     cubes.corner.reserve(cubes.cell.size() + cubes.cell.size() / 2 + 8);
     const CellRuns cells = runs_of(cubes.cell);

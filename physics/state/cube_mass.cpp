@@ -1,5 +1,7 @@
 #include "physics/state/cube_mass.hpp"
 
+#include "geometry/base/stop.hpp"
+
 #include <bit>
 
 namespace physics {
@@ -36,7 +38,9 @@ std::vector<Vec3> brick_momenta(const geometry::Cubes& cubes, const std::vector<
 {
     const CubeMass usual = cube_mass_matrix();
     std::vector<Vec3> out(v.size(), Vec3::Zero());
+    geometry::StopCheck stop;
     for (std::size_t c = 0; c < cubes.count(); ++c) {
+        stop();
         const auto& corners = cubes.corners[c];
         const CubeMass of_one = mass_of_cube(cubes, c, usual);
         for (std::size_t a = 0; a < 8; ++a) {
