@@ -151,6 +151,7 @@ double rate_of(const Parting& part, double tau)
 // period, in steps of dt: exp(-w dt / 2) a radian.
 double left_by_steps(double rate, double dt)
 {
+    if (rate == 0) return 1;  // it is not slowed yet
     return std::exp(-0.5 * std::numbers::pi * rate * dt);
 }
 
@@ -183,8 +184,11 @@ Risen risen_by_error(const Stage& stage, const SolvedStage& solved, double fines
         const Parting part = parting(who, impact, before, after);
         if (is_alone(who) || !(part.wanted > 0) || !(part.came < 0)) continue;
         const double rate = rate_of(part, stage.tau);
-        const double dt = std::max(finest, std::sqrt(most / (-part.came * rate)));
-        const double least = (pressed.contains(who) ? begun : vibrates) * part.wanted / -part.came;
+        const double dt =
+            std::clamp(std::sqrt(most / (-part.came * rate)), finest, stage.frame.seconds);
+        const double e = part.wanted / -part.came;
+        const double least =
+            pressed.contains(who) ? begun * e : std::min(vibrates * e, 0.5 + 0.5 * e);
         out[who] = !std::isfinite(rate) ? rigid_yet : left_by_steps(rate, dt) > least ? 0 : 1;
     }
     return out;

@@ -209,6 +209,31 @@ TEST(Bounce, ChosenStepsFollowASoftBlockWhereTheyLeaveItMore)
     EXPECT_GT(leaves(3e4, 0.3, {.substeps = 0}), 0.4) << "in the default steps too";
 }
 
+// So soft that its weight makes it faster yet where the first frame on the floor ends.
+TEST(Bounce, ChosenStepsFollowWhatTheFloorHardlySlows)
+{
+    const auto falls = [](double bounce, double high, int substeps) {
+        const BricksBody body = make_bricks(block(300));
+        State state = rest_state(body);
+        for (Vec3& x : state.x) x.y() += high;
+        Loads loads;
+        loads.colliders.push_back(floor_of(bounce));
+        loads.forces.push_back({});
+        std::vector<double> height;
+        for (int frame = 0; frame < 6; ++frame) {
+            state = advance(body, state, loads, 1.0 / 24, {.substeps = substeps});
+            height.push_back(mean(state.x).y());
+        }
+        return height;
+    };
+    for (const double high : {0.01, 0.03, 0.06}) {
+        const auto chosen = falls(0.6, high, 0), fine = falls(0.6, high, 64);
+        for (std::size_t i = 0; i < fine.size(); ++i) {
+            EXPECT_NEAR(chosen[i], fine[i], 0.2 * block_edge) << high << " " << i;
+        }
+    }
+}
+
 TEST(Bounce, PartsExchangeMomentumByNewtonsLaw)
 {
     constexpr double e = 0.8;
