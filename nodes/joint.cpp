@@ -62,6 +62,16 @@ static void warn_of_width(const Inputs& in, const physics::JointDoubts& doubts,
     }
 }
 
+static void warn_of_loose(const physics::JointDoubts& doubts, const graph::Context& context)
+{
+    if (doubts.loose == 0) return;
+    context.warn(fmt::format("{} of {} parts of `cubes` {} glued to none, as no other comes within "
+                             "reach: raise reach, or "
+                             "leave {} out of `cubes`",
+                             doubts.loose, doubts.parts, doubts.loose == 1 ? "is" : "are",
+                             doubts.loose == 1 ? "it" : "them"));
+}
+
 static Outputs run(const Inputs& in, const graph::Context& context)
 {
     physics::JointDoubts doubts;
@@ -69,26 +79,33 @@ static Outputs run(const Inputs& in, const graph::Context& context)
         physics::make_joint(in.cubes, {in.kind, in.position, in.axis, in.size, in.reach}, &doubts)};
     warn_of_others(doubts.others, in.position, context);
     warn_of_width(in, doubts, context);
+    warn_of_loose(doubts, context);
     return out;
 }
 
 void add_to(graph::Registry& registry)
 {
     registry.add("Joint", 1, run)
-        .summary("Keeps two parts together at a place: a ball joint, a hinge or a weld.",
+        .summary("Keeps two parts together at a place by a ball joint, a hinge or a weld, or glues "
+                 "parts "
+                 "wherever they touch.",
                  {"constraint", "hinge", "ball joint", "weld", "glue", "attach", "rope", "chain",
                   "ragdoll", "pin constraint", "rigid body constraint"})
-        .inputs("cubes", &Inputs::cubes,
-                "The cubes at rest of the parts. Two links: the nearest part of each is joined. "
-                "One: its two nearest parts. A part is what cubes are that hang together.",
-                graph::Need::required)
+        .inputs(
+            "cubes", &Inputs::cubes,
+            "The cubes at rest of the parts. Two links: the nearest part of each is joined. "
+            "One: its two nearest parts. Glue: all parts of one link, or each part of the first "
+            "with each of the second. A part is what cubes are that hang together.",
+            graph::Need::required)
         .check(check)
-        .choice("kind", &Inputs::kind, {"ball", "hinge", "weld"},
+        .choice("kind", &Inputs::kind, {"ball", "hinge", "weld", "glue"},
                 "What the parts may do. ball: turn freely about the position. hinge: turn about an "
-                "axis through it. weld: nothing. A joint neither rubs nor breaks. Parts that "
-                "overlap at rest do not collide; others do, also beside a joint.")
+                "axis through it. weld: nothing, at the position. glue: nothing, wherever their "
+                "cubes touch or overlap. A joint neither rubs nor breaks. Parts that overlap at "
+                "rest do not collide; others do, also beside a joint.")
         .param("position", &Inputs::position,
-               "Where the joint is, in the rest shape of both parts.", {.unit = "m"})
+               "Where the joint is, in the rest shape of both parts.", {.unit = "m"},
+               {"kind", {"ball", "hinge", "weld"}})
         .param("axis", &Inputs::axis, "Direction of the axis at rest, of any length.", {},
                {"kind", {"hinge"}})
         .param("size", &Inputs::size,
@@ -96,10 +113,12 @@ void add_to(graph::Registry& registry)
                "the position; 0: four edges of the smaller cubes. A longer hinge twists less in "
                "soft parts, as long as it is within both.",
                {.min = 0, .unit = "m"}, {"kind", {"hinge", "weld"}})
-        .param("reach", &Inputs::reach,
-               "Largest distance from the position to the cubes of either part; 0: the edge of "
-               "one of its cubes. What is between is bridged rigidly.",
-               {.min = 0, .unit = "m"})
+        .param(
+            "reach", &Inputs::reach,
+            "Largest distance from the position to the cubes of either part; 0: the edge of "
+            "one of its cubes. Of glue: between corners of one part and cubes of the other; 0: a "
+            "quarter of the smaller edge. What is between is bridged rigidly.",
+            {.min = 0, .unit = "m"})
         .output("joint", &Outputs::joint, "The joint, for input `joints` of Simulate.");
 }
 

@@ -162,8 +162,8 @@ constexpr std::string_view of_hinges =
     "of 'Figure'";
 constexpr std::string_view of_glue =
     R"(use 'Merge' and one 'Voxelize', with "materials" for the parts: what touches or overlaps )"
-    R"(moves as one body. 'Joint' with "kind": "weld" keeps two bodies together. 'Pin' holds a )"
-    R"(body to the world, or with 'follow' a sheet to a body)";
+    R"(moves as one body. 'Joint' with "kind": "glue" keeps bodies together wherever they touch. )"
+    R"('Pin' holds a body to the world, or with 'follow' a sheet to a body)";
 constexpr std::string_view of_ropes =
     R"(use a thin 'Primitive' and 'Voxelize' for a rope, and 'Joint' for what hangs on it. )"
     R"(Rings of a chain are bodies ("pieces": "each") that 'Simulate' keeps rigid ("bodies": [{ "rigid": true }]))";

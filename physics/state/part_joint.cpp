@@ -2,6 +2,7 @@
 
 #include "geometry/base/union_find.hpp"
 #include "geometry/cubes/trilinear.hpp"
+#include "physics/state/glue.hpp"
 #include "physics/state/state_models.hpp"
 
 #include <fmt/format.h>
@@ -192,6 +193,12 @@ PartJoint make_joint(Models cubes, const PartJointSettings& settings, JointDoubt
 {
     check(cubes, settings);
     JointDoubts found;
+    if (settings.kind == PartJointKind::glue) {
+        Glued glued;
+        PartJoint out = make_glue(cubes, settings.reach, &glued);
+        if (doubts) *doubts = {.loose = glued.loose, .parts = glued.parts};
+        return out;
+    }
     const auto parts = two_parts(cubes, settings, found.others);
     constexpr double usual = 4;  // edges; of larger cubes, points would lie far outside a thin part
     const double edge = std::min(parts[0].cubes->size, parts[1].cubes->size);

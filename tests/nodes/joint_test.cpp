@@ -111,6 +111,23 @@ TEST(Joint, WarnsOfAWidthBeyondAPart)
         << joint.warnings[0];
 }
 
+TEST(Joint, GluesPartsThatTouchAndWarnsOfOneThatTouchesNone)
+{
+    Cubes far = fixtures::box(5, 1, 1, 0.1);
+    std::vector<std::uint8_t> keep(5, 1);
+    keep[1] = 0;  // a cube that touches the bar, and three beyond a gap
+    far.origin = Vec3(0.4, 0, 0);
+    NodeRun joint("Joint");
+    joint.inputs["cubes"] = {Value::of(bar_at(0)), Value::of(geometry::kept(far, keep))};
+    joint.param("kind").is = std::string("glue");
+    const Value made = joint.run();
+    EXPECT_EQ(made.as<physics::PartJoint>()->points.size(), 4u);
+    ASSERT_EQ(joint.warnings.size(), 1u);
+    EXPECT_EQ(joint.warnings[0],
+              "1 of 3 parts of `cubes` is glued to none, as no other comes within reach: raise "
+              "reach, or leave it out of `cubes`");
+}
+
 TEST(Joint, OfOtherCubesIsRefused)
 {
     const Value left = Value::of(bar_at(0)), right = Value::of(bar_at(0.42));
