@@ -59,6 +59,26 @@ struct LoosePoint {
     double area;
 };
 
+// How dense the points of a part are, by the second of its three widths: two bodies a cube wide
+// that lie across each other touch between their corners alone, where rims cross.
+struct Density {
+    double longest;  // m, side of a triangle that is not cut
+    int crowds;      // along a cube: of each, points are taken together
+
+    Density(const TriMesh& mesh, double cube)
+    {
+        constexpr double of_cube = 1.5, of_width = 0.52;  // an edge is cut in two, and corners stay
+        geometry::Box box;
+        for (const auto& p : mesh.positions) box.add(p.cast<double>());
+        Vec3 width = box.empty() ? Vec3::Constant(cube) : Vec3(box.hi - box.lo);
+        std::sort(width.begin(), width.end());
+        const double cubes = width[1] / (0.99 * cube);  // below 1 only by more than rounding
+        crowds = cubes < 0.5 ? most_crowds : cubes < 1 ? 8 : 4;
+        longest = std::clamp(of_width * width[1], of_cube / crowds * cube, of_cube * cube);
+    }
+    static constexpr int most_crowds = 16;
+};
+
 // Points near the corners of the triangle, cut in two along its longest side until that is no
 // longer than `longest`.
 void add_points(const std::array<Vec3, 3>& t, double longest, std::vector<LoosePoint>& out)
@@ -139,17 +159,19 @@ void add_points(const TriMesh& mesh, const geometry::TriangleBvh& shape, double 
     });
 }
 
-// Which points are taken together: those of one cube, one 64th of it, and one side of six.
-std::uint64_t crowd_of(std::uint32_t cube, const Vec3& place, const Vec3& normal)
+// Which points are taken together: those of one cube, of one of across^3 boxes in it, and of one
+// side of six.
+constexpr std::uint64_t most_in_cube =
+    6 * Density::most_crowds * Density::most_crowds * Density::most_crowds;
+std::uint64_t crowd_of(std::uint32_t cube, const Vec3& place, const Vec3& normal, int across)
 {
-    constexpr int across = 4;
     const geometry::Vec3i in =
         (place * across).array().floor().cast<int>().cwiseMax(0).cwiseMin(across - 1);
     Eigen::Index axis = 0;
     normal.cwiseAbs().maxCoeff(&axis);
     const auto side = static_cast<int>(2 * axis) + (normal[axis] > 0 ? 1 : 0);
     const int number = ((in.z() * across + in.y()) * across + in.x()) * 6 + side;
-    return std::uint64_t{cube} * 384 + static_cast<std::uint64_t>(number);
+    return std::uint64_t{cube} * most_in_cube + static_cast<std::uint64_t>(number);
 }
 
 using CrowdedPoints = std::vector<std::pair<std::uint64_t, ShapePoint>>;  // by their crowd
@@ -157,7 +179,8 @@ using CrowdedPoints = std::vector<std::pair<std::uint64_t, ShapePoint>>;  // by 
 // Finds the cubes of the points of a model's parts: those of part_of_point[i] are kept where it has
 // their cube.
 void keep_points(const ShapedModel& model, const std::vector<LoosePoint>& loose,
-                 const std::vector<std::uint32_t>& part_of_point, CrowdedPoints& out)
+                 const std::vector<std::uint32_t>& part_of_point,
+                 const std::vector<int>& crowds_of_point, CrowdedPoints& out)
 {
     const Cubes& cubes = model.cubes;
     TriMesh mesh;
@@ -176,9 +199,10 @@ void keep_points(const ShapedModel& model, const std::vector<LoosePoint>& loose,
         if (model.part_of[cube] != part_of_point[i]) continue;
         const Vec3 place =
             (loose[i].place - cubes.origin) / cubes.size - cubes.cell[cube].cast<double>();
-        out.push_back({crowd_of(model.first_cube + cube, place, loose[i].normal),
-                       {place.cast<float>(), loose[i].normal.cast<float>(),
-                        static_cast<float>(loose[i].area)}});
+        out.push_back(
+            {crowd_of(model.first_cube + cube, place, loose[i].normal, crowds_of_point[i]),
+             {place.cast<float>(), loose[i].normal.cast<float>(),
+              static_cast<float>(loose[i].area)}});
     }
 }
 
@@ -197,7 +221,7 @@ void take_points(CrowdedPoints& points, PartShapes& out)
             normal += double(p.area) * p.normal.cast<double>();
             area += double(p.area);
         }
-        const auto cube = static_cast<std::uint32_t>(crowd / 384);
+        const auto cube = static_cast<std::uint32_t>(crowd / most_in_cube);
         if (out.holder.empty() || out.holder.back() != cube) {
             out.holder.push_back(cube);
             out.point_at.push_back(static_cast<std::uint32_t>(out.point.size()));
@@ -319,6 +343,7 @@ void add_shapes(const ShapedModel& model, const CornerBody& body, PartShapes& ou
     const Cubes& cubes = model.cubes;
     std::vector<LoosePoint> loose;
     std::vector<std::uint32_t> part_of_point;
+    std::vector<int> crowds_of_point;
     for_closed_parts(model, out.cubes, [&](std::uint32_t p, TriMesh mesh) {
         out.grid[p] = {cubes.size, cubes.origin};
         out.shape[p] = geometry::TriangleBvh(mesh);
@@ -327,11 +352,13 @@ void add_shapes(const ShapedModel& model, const CornerBody& body, PartShapes& ou
             out.outer[p] = geometry::TriangleBvh(mesh);
         }
         const bool rigid = !body.rigid.empty() && body.rigid[p] != 0;
-        add_points(mesh, out.shape[p], 1.5 * cubes.size, rigid, loose);
+        const Density density(mesh, cubes.size);
+        add_points(mesh, out.shape[p], density.longest, rigid, loose);
         part_of_point.resize(loose.size(), p);
+        crowds_of_point.resize(loose.size(), density.crowds);
     });
     // All at once: a search for the cubes of some is over the cubes of all.
-    keep_points(model, loose, part_of_point, points);
+    keep_points(model, loose, part_of_point, crowds_of_point, points);
 }
 
 }  // namespace
