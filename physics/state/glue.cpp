@@ -181,7 +181,8 @@ PartJoint make_glue(std::span<const std::shared_ptr<const Cubes>> models, double
     add_meetings(sides, 0, within, meetings);
     add_meetings(sides, 1, within, meetings);
     if (meetings.empty()) fail_apart(sides, edge, within);
-    PartJoint out{.cubes = {mark_of(*models.front()), mark_of(*models.back())}};
+    PartJoint out;
+    out.cubes = {mark_of(*models.front()), mark_of(*models.back())};
     for (const auto& [pair, of] : meetings) {
         const auto& points = of[0].size() > of[1].size() ? of[0] : of[1];
         out.points.insert(out.points.end(), points.begin(), points.end());

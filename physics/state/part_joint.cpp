@@ -196,7 +196,8 @@ PartJoint make_joint(Models cubes, const PartJointSettings& settings, JointDoubt
     if (settings.kind == PartJointKind::glue) {
         Glued glued;
         PartJoint out = make_glue(cubes, settings.reach, &glued);
-        if (doubts) *doubts = {.loose = glued.loose, .parts = glued.parts};
+        found.loose = glued.loose, found.parts = glued.parts;
+        if (doubts) *doubts = found;
         return out;
     }
     const auto parts = two_parts(cubes, settings, found.others);
