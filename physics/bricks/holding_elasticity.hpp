@@ -67,6 +67,8 @@ public:
     }
     bool may_flow() const override { return method_.may_flow(); }
     double flow(const double* x, double dt, Flow how) override { return method_.flow(x, dt, how); }
+    double stiffened_across(double tau) const override { return method_.stiffened_across(tau); }
+    bool look_back(const double* came, double tau) override { return method_.look_back(came, tau); }
     bool targets_move() const override { return paths_.move(); }
     std::vector<Vec3> targets(double share) const override;
     std::vector<Vec3> at_end(std::vector<Vec3> forces, double share) const override

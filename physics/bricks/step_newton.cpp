@@ -83,6 +83,29 @@ void linearise_at_base(Stage& stage)
     stage.at_start = true;
 }
 
+// The midpoint rule keeps what it is given: what one linearisation stretches parts by that turn and
+// touch something would come back as motion.
+bool one_round(const StepOptions& options)
+{
+    return options.newton_iterations == 1 && options.integrator != Integrator::implicit_midpoint;
+}
+
+// What the step before lengthened stiff sheets by must not hold them across in this one
+// (shell/shell_cell.hpp). Turns of a part as a whole lengthen nothing.
+void look_back(Stage& stage)
+{
+    constexpr double matters = 0.1;
+    const double tau = stage.tau;
+    if (!one_round(stage.frame.options)) return;
+    if (!(stage.elasticity.stiffened_across(tau) > matters)) return;
+    Aligned<double> came(stage.frame.n);
+    for (std::size_t i = 0; i < came.size(); ++i) {
+        came[i] = tau * (stage.v0[i] - (stage.base.empty() ? 0 : stage.base[i]));
+    }
+    if (!stage.elasticity.look_back(came.data(), tau)) return;
+    stage.linear_at[3] = 1;  // K is not that of forces there alone, for whoever asks for it next
+}
+
 // Linear about x0 + tau b, with the residual and A of w as it was guessed.
 void start_rounds(Stage& stage, StepSolver& solver)
 {
@@ -97,6 +120,7 @@ void start_rounds(Stage& stage, StepSolver& solver)
     add_following(stage);
     lift_free_parts(stage);
     linearise_at_base(stage);
+    look_back(stage);
     place(stage);
     if (!stage.base.empty()) {
         find_touches(stage);
@@ -106,13 +130,6 @@ void start_rounds(Stage& stage, StepSolver& solver)
     if (free) fall(stage);
     find_residual(stage);
     prepare(solver, stage);
-}
-
-// The midpoint rule keeps what it is given: what one linearisation stretches parts by that turn and
-// touch something would come back as motion.
-bool one_round(const StepOptions& options)
-{
-    return options.newton_iterations == 1 && options.integrator != Integrator::implicit_midpoint;
 }
 
 // What stays as it is from round to round.

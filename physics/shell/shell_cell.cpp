@@ -39,24 +39,59 @@ void add_square(ShellMatrix& to, double weight, const ShellVector& row)
     to.noalias() += weight * row * row.transpose();
 }
 
-// The second derivative of the stretch energy: of each change dF vk the part out of the sheet, the
-// turn within it, shear, and stretch.
-void add_stretch_curvature(const ShellCell& cell, const Stretches& s, const Vec3& g, bool positive,
-                           ShellMatrix& to)
+constexpr double narrow = 1e-4;  // the whole is without bound where a side collapses
+
+// [l][k]: ul . dF vk, as rows for a change of f1, f2 and g.
+using Changes = std::array<std::array<ShellVector, 2>, 2>;
+Changes changes_of(const Stretches& s, const Vec3& g)
 {
-    constexpr double narrow = 1e-4;  // the whole is without bound where a side collapses
-    const double pull = cell.bulk * (s.total() - 2) - cell.shear;
-    const auto bounded = [&](double v) { return positive ? std::max(v, 0.0) : v; };
-    const double turn = bounded(cell.shear + 2 * pull / std::max(s.total(), narrow));
-    std::array<std::array<ShellVector, 2>, 2> along;  // [l][k]: ul . dF vk
+    Changes out;
     for (std::size_t l = 0; l < 2; ++l) {
         for (std::size_t k = 0; k < 2; ++k) {
             const Vec3 own = l == k ? Vec3(twist_share / s.size[l] * g) : Vec3(Vec3::Zero());
-            along[l][k] << s.v[k][0] * s.side[l], s.v[k][1] * s.side[l], own;
+            out[l][k] << s.v[k][0] * s.side[l], s.v[k][1] * s.side[l], own;
         }
     }
+    return out;
+}
+
+// What the pulls p1 and p2 have too much, where f1, f2 and g came by `came` in the step before.
+Eigen::Vector2d more_pull(const ShellCell& cell, const Stretches& s, const ShellVector& at,
+                          const ShellVector* came)
+{
+    if (!came) return Eigen::Vector2d::Zero();
+    Eigen::Vector2d longer;
     for (std::size_t k = 0; k < 2; ++k) {
-        const double out = bounded(cell.shear + pull / std::max(s.size[k], narrow));
+        const auto along = [&](const ShellVector& of) {
+            return Vec3(s.v[k][0] * of.head<3>() + s.v[k][1] * of.segment<3>(3));
+        };
+        const Vec3 side = along(at), before = side - along(*came);
+        const double size = before.norm();
+        longer[Eigen::Index(k)] = size > 0 ? side.norm() - side.dot(before) / size : 0;
+    }
+    return cell.shear * longer + Eigen::Vector2d::Constant(cell.bulk * longer.sum());
+}
+
+// Of turns of side k out of the sheet, J.
+double across(const ShellCell& cell, const Stretches& s, std::size_t k, double more)
+{
+    const double pull = cell.bulk * (s.total() - 2) - cell.shear;
+    const double size = std::max(s.size[k], narrow);
+    return cell.shear + pull / size - more / size;
+}
+
+// The second derivative of the stretch energy: of each change dF vk the part out of the sheet, the
+// turn within it, shear, and stretch.
+void add_stretch_curvature(const ShellCell& cell, const Stretches& s, const Vec3& g, bool positive,
+                           const Eigen::Vector2d& more, ShellMatrix& to)
+{
+    const Changes along = changes_of(s, g);
+    const double pull = cell.bulk * (s.total() - 2) - cell.shear;
+    const auto bounded = [&](double v) { return positive ? std::max(v, 0.0) : v; };
+    const double total = std::max(s.total(), narrow);
+    const double turn = bounded(cell.shear + 2 * pull / total - more.sum() / total);
+    for (std::size_t k = 0; k < 2; ++k) {
+        const double out = bounded(across(cell, s, k, more[Eigen::Index(k)]));
         const Eigen::Matrix2d both = out * s.v[k] * s.v[k].transpose();
         for (Eigen::Index i = 0; i < 3; ++i) {
             to(i, i) += both(0, 0), to(3 + i, 3 + i) += both(1, 1);
@@ -95,7 +130,8 @@ void add_plane_bend(const ShellCell& cell, const std::array<Vec3, 2>& f, const V
 
 }  // namespace
 
-CellEnergy cell_energy(const ShellCell& cell, const ShellVector& at, Curvature curvature)
+CellEnergy cell_energy(const ShellCell& cell, const ShellVector& at, Curvature curvature,
+                       const ShellVector* came)
 {
     const std::array<Vec3, 2> f{at.head<3>(), at.segment<3>(3)};
     const Vec3 g = at.tail<3>();
@@ -114,9 +150,23 @@ CellEnergy cell_energy(const ShellCell& cell, const ShellVector& at, Curvature c
     }
     if (curvature != Curvature::none) {
         for (Eigen::Index i = 6; i < 9; ++i) out.curvature(i, i) += cell.twist;
-        add_stretch_curvature(cell, s, g, curvature == Curvature::positive, out.curvature);
+        add_stretch_curvature(cell, s, g, curvature == Curvature::positive,
+                              more_pull(cell, s, at, came), out.curvature);
     }
     add_plane_bend(cell, f, g, curvature, out);
+    return out;
+}
+
+AcrossStiffness across_stiffness(const ShellCell& cell, const ShellVector& at,
+                                 const ShellVector* came)
+{
+    const Stretches s = stretches_of(at.head<3>(), at.segment<3>(3), at.tail<3>());
+    const Eigen::Vector2d more = more_pull(cell, s, at, came);
+    AcrossStiffness out;
+    for (std::size_t k = 0; k < 2; ++k) {
+        out.whole = std::max(out.whole, across(cell, s, k, 0));
+        out.own = std::max(out.own, across(cell, s, k, more[Eigen::Index(k)]));
+    }
     return out;
 }
 

@@ -23,6 +23,12 @@
 // of a sheet in nine dimensions: of turns of side k out of the sheet pk / sk, with pk = 2 mu (sk -
 // 1) + lambda (T - 2) the force per length across it, and of the turn within it 2 (p1 + p2) / T.
 // Those are below 0 where it is pressed together; all others never are.
+//
+// A linear step that turns a side by an angle lengthens it by 1 / cos of that. The next one takes
+// it back, but the pull by which a stiff sheet is too long holds it across all the while: of steel
+// foil it is a thousand times the weight, and the foil sinks as through honey. With u the way that
+// the side lay before, the pull of linear forces was that of a length u . (side), and the sheet
+// stiffens by that.
 
 #include "geometry/base/vec.hpp"
 
@@ -54,6 +60,24 @@ struct CellEnergy {
     ShellVector slope = ShellVector::Zero();
     ShellMatrix curvature = ShellMatrix::Zero();
 };
-CellEnergy cell_energy(const ShellCell& cell, const ShellVector& at, Curvature curvature);
+// With what f1, f2 and g `came` by in the step before, the sheet stiffens across itself by the pull
+// that it had without what the step lengthened it by.
+CellEnergy cell_energy(const ShellCell& cell, const ShellVector& at, Curvature curvature,
+                       const ShellVector* came = nullptr);
+
+// How much the sheet stiffens across itself, J: by the whole of the larger pull, and without that.
+struct AcrossStiffness {
+    double whole = 0, own = 0;
+
+    AcrossStiffness times(double factor) const { return {factor * whole, factor * own}; }
+    // As shares of what masses hold against it.
+    bool far_off() const
+    {
+        constexpr double matters = 0.3;
+        return whole - own > matters * (1 + own);
+    }
+};
+AcrossStiffness across_stiffness(const ShellCell& cell, const ShellVector& at,
+                                 const ShellVector* came);
 
 }  // namespace physics

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace physics {
 namespace {
@@ -113,8 +114,10 @@ ShellElasticity::ShellElasticity(const ShellBody& body, const Pins& pins)
 void ShellElasticity::evaluate_cell(std::size_t c)
 {
     const double h = body_.base.edge_at(body_.cell[c][0]);
+    const ShellVector way = came_.empty() ? ShellVector::Zero() : cell_at(body_, c, came_.data());
     const CellEnergy cell = cell_energy(body_.matter[c], cell_at(body_, c, at_.data()),
-                                        hessian_ ? Curvature::whole : Curvature::positive);
+                                        hessian_ ? Curvature::whole : Curvature::positive,
+                                        came_.empty() ? nullptr : &way);
     for (std::size_t i = 0; i < 4; ++i) {
         Vec3& pull = pull_[c][i];
         pull.setZero();
@@ -162,6 +165,7 @@ void ShellElasticity::evaluate_cells()
 void ShellElasticity::forces(const double* x, double* f)
 {
     at_.assign(x, x + body_.base.numbers);
+    came_.clear();
     evaluate_cells();
     geometry::parallel_for(point_.size(), points_a_task, [&](std::size_t begin, std::size_t end) {
         for (std::size_t k = begin; k < end; ++k) {
@@ -176,6 +180,39 @@ void ShellElasticity::forces(const double* x, double* f)
         }
     });
     assemble();
+}
+
+AcrossStiffness ShellElasticity::across(std::size_t c, const double* came, double tau) const
+{
+    constexpr double steepest = 0.5;  // of f1 and f2, in edges: shell_shares
+    const double h = body_.base.edge_at(body_.cell[c][0]);
+    double least = std::numeric_limits<double>::infinity();  // kg
+    for (const auto k : body_.cell[c]) least = std::min(least, body_.base.mass[k]);
+    const ShellVector change = came ? cell_at(body_, c, came) : ShellVector::Zero();
+    return across_stiffness(body_.matter[c], cell_at(body_, c, at_.data()), &change)
+        .times(steepest * tau * tau / (h * h * least));
+}
+
+double ShellElasticity::stiffened_across(double tau) const
+{
+    double most = 0;
+    for (std::size_t c = 0; c < body_.cell.size(); ++c) {
+        most = std::max(most, across(c, nullptr, tau).whole);
+    }
+    return most;
+}
+
+bool ShellElasticity::look_back(const double* came, double tau)
+{
+    bool far_off = false;
+    for (std::size_t c = 0; c < body_.cell.size() && !far_off; ++c) {
+        far_off = across(c, came, tau).far_off();
+    }
+    if (!far_off) return false;
+    came_.assign(came, came + body_.base.numbers);
+    evaluate_cells();
+    assemble();
+    return true;
 }
 
 double ShellElasticity::energy(const double* x)

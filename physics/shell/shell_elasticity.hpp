@@ -37,8 +37,11 @@ public:
     dissection_with(const std::vector<std::uint32_t>& held,
                     const std::vector<std::array<std::uint32_t, 8>>& more,
                     const double* x) const override;
+    double stiffened_across(double tau) const override;
+    bool look_back(const double* came, double tau) override;
 
 private:
+    AcrossStiffness across(std::size_t c, const double* came, double tau) const;
     using CornerForces = std::array<Vec3, 4>;
     using CornerBlocks = std::array<Eigen::Matrix3d, 16>;  // (i, j) at 4 i + j
 
@@ -58,6 +61,7 @@ private:
     bool hessian_ = false;
     bool even_ = true;            // the damping is the same in all cells
     Aligned<double> at_;          // m, where forces were asked for last; empty: nowhere
+    Aligned<double> came_;        // m, of look_back() since then; empty: none
     Unset<CornerForces> pull_;    // C, N, on the corners
     Unset<CornerBlocks> blocks_;  // C, N/m, of the derivative
     std::vector<std::array<Vec3, 2>> moment_;  // K, N: uu su + uv sv, uv su + vv sv

@@ -23,20 +23,6 @@ template <class T> Vec3 corner_at(const T* field, std::uint32_t k)
         .template cast<double>();
 }
 
-// f1, f2 and 0, as a cell without twist.
-ShellVector stretch_at(const ShellTriangle& t, const TriangleRest& rest, const double* x)
-{
-    ShellVector out = ShellVector::Zero();
-    // From its first corner: what is far away is told as exactly as what is near.
-    const Vec3 first = corner_at(x, t.corner[0]);
-    for (std::size_t i = 1; i < 3; ++i) {
-        const Vec3 away = corner_at(x, t.corner[i]) - first;
-        out.head<3>() += rest.gradient(0, Index(i)) * away;
-        out.segment<3>(3) += rest.gradient(1, Index(i)) * away;
-    }
-    return out;
-}
-
 }  // namespace
 
 TriangleElasticity::TriangleElasticity(const ShellBody& body, const Pins& pins)
@@ -146,8 +132,11 @@ void TriangleElasticity::evaluate_triangle(std::size_t t, const Pose& pose)
 {
     const ShellTriangle& own = shell_.triangle[t];
     const TriangleRest& rest = rest_[t];
+    const ShellVector way =
+        came_.empty() ? ShellVector::Zero() : stretch_at(own, rest, came_.data());
     const CellEnergy cell = cell_energy(own.stretch, stretch_at(own, rest, at_.data()),
-                                        hessian_ ? Curvature::whole : Curvature::positive);
+                                        hessian_ ? Curvature::whole : Curvature::positive,
+                                        came_.empty() ? nullptr : &way);
     const Eigen::Matrix3d plate = clamp_[t] * own.plate;
     const Eigen::Matrix3d moment = pose.bends * plate;  // a column each
     const Eigen::Matrix3d places = own.by_place.transpose() * plate * own.by_place;
@@ -188,6 +177,7 @@ void TriangleElasticity::evaluate()
 void TriangleElasticity::forces(const double* x, double* f)
 {
     at_.assign(x, x + body_.base.numbers);
+    came_.clear();
     pose_ = poses_at(x);
     evaluate();
     const std::size_t corners = body_.base.corners;

@@ -48,6 +48,8 @@ public:
     std::vector<float> plastic_strain() const;
     bool may_flow() const override { return body_.options.plastic.yield > 0; }
     double flow(const double* x, double dt, Flow how) override;
+    double stiffened_across(double tau) const override;
+    bool look_back(const double* came, double tau) override;
 
     std::shared_ptr<const Dissection>
     dissection(const std::vector<std::uint32_t>& held) const override;
@@ -56,6 +58,7 @@ public:
                                                       const double* x) const override;
 
 private:
+    AcrossStiffness across(std::size_t t, const double* came, double tau) const;
     // How a triangle stands: its normal, where that turns to as each corner moves along it, and
     // what it bends by, a column each.
     struct Pose {
@@ -95,6 +98,7 @@ private:
     double stiffness_weight_ = 1, damping_weight_ = 0;
     bool hessian_ = false;
     Aligned<double> at_;               // m, where forces were asked for last; empty: nowhere
+    Aligned<double> came_;             // m, of look_back() since then; empty: none
     std::vector<Pose> pose_;           // T, there
     Unset<std::array<Vec3, 3>> pull_;  // T, N, on the corners
     Unset<Blocks> blocks_;             // T, N/m, of the derivative, between corners

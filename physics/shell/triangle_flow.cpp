@@ -35,6 +35,22 @@ Eigen::Vector3d stretch_of(const Eigen::Matrix<double, 3, 2>& f)
 
 }  // namespace
 
+ShellVector stretch_at(const ShellTriangle& triangle, const TriangleRest& rest, const double* x)
+{
+    const auto at = [&](std::size_t i) -> Vec3 {
+        return Eigen::Map<const Vec3>(x + 4 * std::size_t{triangle.corner[i]});
+    };
+    ShellVector out = ShellVector::Zero();
+    // From its first corner: what is far away is told as exactly as what is near.
+    const Vec3 first = at(0);
+    for (std::size_t i = 1; i < 3; ++i) {
+        const Vec3 away = at(i) - first;
+        out.head<3>() += rest.gradient(0, Eigen::Index(i)) * away;
+        out.segment<3>(3) += rest.gradient(1, Eigen::Index(i)) * away;
+    }
+    return out;
+}
+
 TriangleRest rest_of(const ShellTriangle& triangle, const TriangleStrain& plastic)
 {
     const Mat3 inverse = with_thickness(plastic.stretch).inverse();

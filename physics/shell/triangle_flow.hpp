@@ -26,6 +26,9 @@ struct TriangleRest {
     Eigen::Matrix<double, 2, 3> gradient;  // 1/m, S^-1 times what it was
     Eigen::Vector3d curved, turned;        // as in ShellTriangle
 };
+// f1, f2 and 0, as a cell without twist; x by slot, four numbers each.
+ShellVector stretch_at(const ShellTriangle& triangle, const TriangleRest& rest, const double* x);
+
 TriangleRest rest_of(const ShellTriangle& triangle, const TriangleStrain& plastic);
 
 // The root of the mean square of a strain in a triangle of thickness h (m).
