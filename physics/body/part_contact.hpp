@@ -16,6 +16,7 @@
 //   part boxes -> pairs of parts that are near -> cubes and points in the boxes' overlap
 //     -> tree of cubes -> u of each point -> shape at rest -> plane (plane_touch.hpp)
 
+#include "physics/body/meet_part.hpp"
 #include "physics/body/part_shapes.hpp"
 #include "physics/body/plane_touch.hpp"
 
@@ -28,12 +29,6 @@ namespace physics {
 // v are by slot, four numbers each.
 std::vector<PartPair> near_parts(const PartShapes& shapes, const double* x, const double* v,
                                  double dt);
-
-// Where a point is looked for, at x moving at v for a step of dt seconds.
-enum class Look {
-    ahead,  // the step begins at x: where the point is, and which faces it comes near
-    back    // the step ends at x: on the whole way there
-};
 
 // The planes of all points of a part of each pair that are in the other part or before a face of
 // it, in_order(). Points on a part that they are `known` to touch, in_order(), are not looked at.
