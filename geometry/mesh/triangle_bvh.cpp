@@ -328,6 +328,14 @@ Crossing crossing_of(const Vec3& start, const Vec3& way, const Vec3& ab, const V
 
 }  // namespace
 
+std::vector<std::uint32_t> TriangleBvh::triangles_in(const Box3f& box) const
+{
+    std::vector<std::uint32_t> out;
+    tree_.overlapping(box, [&](std::uint32_t i) { out.push_back(triangle_[i]); });
+    std::sort(out.begin(), out.end());
+    return out;
+}
+
 std::optional<int> TriangleBvh::crossings(const Vec3& from, const Vec3& to) const
 {
     if (!from.allFinite() || !to.allFinite()) return std::nullopt;

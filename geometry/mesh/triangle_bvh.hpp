@@ -81,6 +81,9 @@ public:
     // Inside by the rule |w| > 1/2: also right for a piece whose faces all look inward.
     bool inside(const Vec3& p) const { return std::abs(winding_number(p)) > 0.5; }
 
+    // The triangles of the mesh near a box, ascending: at least those whose boxes meet it.
+    std::vector<std::uint32_t> triangles_in(const Box3f& box) const;
+
     std::size_t triangle_count() const { return corners_.size(); }
     const BoxTree& tree() const { return tree_; }
     std::size_t bytes() const;

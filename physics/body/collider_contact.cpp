@@ -48,13 +48,6 @@ Vec3 growing(const PosedCollider& c, const Vec3& normal)
     return speed * normal;
 }
 
-// The touch with the surface whose normal is another one.
-void turn_touch(const PosedCollider& c, const Vec3& normal, Touch& touch)
-{
-    touch.velocity += growing(c, normal) - growing(c, touch.normal);
-    touch.normal = normal;
-}
-
 Touch touch_sphere(const PosedCollider& c, const Vec3& local)
 {
     const double r = local.norm();
@@ -157,6 +150,12 @@ Touch touch_mesh(const PosedCollider& c, const Vec3& p)
 }
 
 }  // namespace
+
+void turn_touch(const PosedCollider& c, const Vec3& normal, Touch& touch)
+{
+    touch.velocity += growing(c, normal) - growing(c, touch.normal);
+    touch.normal = normal;
+}
 
 PosedCollider pose_collider(const Collider& in, double share, double frame, double h, bool first,
                             double thickest)

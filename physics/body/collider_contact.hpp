@@ -56,6 +56,9 @@ struct Touch {
     Vec3 chord = Vec3::Zero();  // m, of a mesh that moves: what it goes within the frame there,
     Vec3 turn = Vec3::Zero();   // rad, and its triangle turns
 };
+// The touch with the surface whose normal is another one.
+void turn_touch(const PosedCollider& collider, const Vec3& normal, Touch& touch);
+
 // A mesh answers only for points inside.
 Touch touch(const PosedCollider& collider, const Vec3& p);
 

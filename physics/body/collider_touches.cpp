@@ -1,6 +1,7 @@
 #include "physics/body/collider_touches.hpp"
 
 #include "geometry/base/parallel.hpp"
+#include "physics/body/feature_touches.hpp"
 #include "physics/body/sheet_edges.hpp"
 #include "physics/body/solids_beside_sheets.hpp"
 
@@ -136,6 +137,7 @@ std::vector<PlaneTouch> find_collider_touches(const CornerBody& body, const doub
         all.stands.insert(all.stands.end(), stands.begin(), stands.end());
     }
     add_edge_touches({body, x, v, colliders, dt, stiffest, all.stands}, all.touches);
+    add_feature_touches({body, x, v, colliders, dt, stiffest}, all.touches);
     return std::move(all.touches);
 }
 

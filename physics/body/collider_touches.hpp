@@ -1,7 +1,7 @@
 #pragma once
 
-// What of a body touches colliders: points of its surface, and of sheets what lies on edges and
-// corners.
+// What of a body touches colliders: points of its surface, what of its solids lies on edges and
+// corners of colliders between these (feature_touches.hpp), and of its sheets (sheet_edges.hpp).
 
 #include "physics/body/collider_contact.hpp"
 #include "physics/body/plane_touch.hpp"

@@ -1,6 +1,7 @@
 #include "physics/body/corner_body.hpp"
 
 #include "geometry/cubes/components.hpp"
+#include "physics/body/shapes_on_demand.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -163,7 +164,8 @@ std::size_t CornerBody::bytes() const
 {
     const auto of = [](const auto&... v) { return ((v.size() * sizeof(v[0])) + ...); };
     return sizeof *this + of(slot, mass, mass_damping, part, part_edge, rest) + skin.bytes() +
-           (shapes ? shapes->bytes() : 0) + (sheets ? sheets->bytes() : 0);
+           (shapes ? shapes->bytes() : 0) + (sheets ? sheets->bytes() : 0) +
+           (outlines ? outlines->bytes() : 0);
 }
 
 Aligned<double> by_slot(const CornerBody& body, const std::vector<Vec3>& x)

@@ -20,6 +20,7 @@ namespace physics {
 
 using geometry::Vec3;
 
+class ShapesOnDemand;
 struct SolidsBesideSheets;
 
 struct CornerBody {
@@ -41,6 +42,7 @@ struct CornerBody {
     Aligned<double> rest;             // numbers, m
     ContactSurface skin;
     std::shared_ptr<const PartShapes> shapes;          // null: parts do not touch each other
+    std::shared_ptr<const ShapesOnDemand> outlines;    // as edges of colliders meet them; or null
     std::shared_ptr<const SheetCells> sheets;          // null: nor do sheets
     std::shared_ptr<const SolidsBesideSheets> solids;  // null: sheets and solids do not touch
 

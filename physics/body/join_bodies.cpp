@@ -150,6 +150,7 @@ CornerBody join_bodies(const CornerBody& solids, const CornerBody& sheets,
     std::copy_n(sheets.rest.begin(), 4 * sheets.corners, out.rest.begin() + 4 * first_slot);
     out.skin = join_surfaces(solids.skin, sheets.skin, first_slot);
     out.shapes = solids.shapes;
+    out.outlines = solids.outlines;
     const std::size_t numbers = solids.shapes ? solids.shapes->point.size() : 0;
     if (sheets.sheets) {
         out.sheets =

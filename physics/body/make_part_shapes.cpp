@@ -336,9 +336,9 @@ std::vector<std::uint32_t> take_cubes(const Cubes& cubes, const CornerBody& body
     return part_of;
 }
 
-// The shapes of a model's parts, and their points.
+// The shapes of a model's parts, and, unless that is null, their points.
 void add_shapes(const ShapedModel& model, const CornerBody& body, PartShapes& out,
-                CrowdedPoints& points)
+                CrowdedPoints* points)
 {
     const Cubes& cubes = model.cubes;
     std::vector<LoosePoint> loose;
@@ -351,6 +351,7 @@ void add_shapes(const ShapedModel& model, const CornerBody& body, PartShapes& ou
             mesh = std::move(*outer);
             out.outer[p] = geometry::TriangleBvh(mesh);
         }
+        if (!points) return;
         const bool rigid = !body.rigid.empty() && body.rigid[p] != 0;
         const Density density(mesh, cubes.size);
         add_points(mesh, out.shape[p], density.longest, rigid, loose);
@@ -358,7 +359,33 @@ void add_shapes(const ShapedModel& model, const CornerBody& body, PartShapes& ou
         crowds_of_point.resize(loose.size(), density.crowds);
     });
     // All at once: a search for the cubes of some is over the cubes of all.
-    keep_points(model, loose, part_of_point, crowds_of_point, points);
+    if (points) keep_points(model, loose, part_of_point, crowds_of_point, *points);
+}
+
+// All but points and what they need. Returns the part of each cube.
+std::vector<std::uint32_t> take_shapes(const BodyModels& models, const CornerBody& body,
+                                       PartShapes& out, CrowdedPoints* points)
+{
+    const Cubes& cubes = models.all();
+    out.least_size = body.h;
+    std::vector<std::uint32_t> part_of = take_cubes(cubes, body, out);
+    out.cubes = make_part_lists(part_of, body.parts);
+    std::vector<std::uint32_t> part_of_slot(body.corners);
+    for (std::size_t k = 0; k < body.corners; ++k) part_of_slot[k] = body.part_of(k);
+    out.slots = make_part_lists(part_of_slot, body.parts);
+    out.grid.resize(body.parts);
+    out.shape.resize(body.parts);
+    out.outer.resize(body.parts);
+    out.cell.reserve(cubes.count());
+    for (std::size_t m = 0; m < models.count(); ++m) {
+        const auto [own, surface] = models.model(m);
+        const std::uint32_t first = models.start(m).cube;
+        out.cell.insert(out.cell.end(), own->cell.begin(), own->cell.end());
+        add_shapes(
+            {*own, surface, first, std::span(part_of).subspan(first, own->count()), body.parts},
+            body, out, points);
+    }
+    return part_of;
 }
 
 }  // namespace
@@ -370,25 +397,9 @@ PartShapes make_part_shapes(const BodyModels& models, const CornerBody& body,
     PartShapes out;
     out.friction = options.friction;
     out.bounce = options.bounce;
-    out.least_size = body.h;
-    const std::vector<std::uint32_t> part_of = take_cubes(cubes, body, out);
-    out.cubes = make_part_lists(part_of, body.parts);
-    std::vector<std::uint32_t> part_of_slot(body.corners), part_of_holder;
-    for (std::size_t k = 0; k < body.corners; ++k) part_of_slot[k] = body.part_of(k);
-    out.slots = make_part_lists(part_of_slot, body.parts);
-    out.grid.resize(body.parts);
-    out.shape.resize(body.parts);
-    out.outer.resize(body.parts);
-    out.cell.reserve(cubes.count());
     CrowdedPoints points;
-    for (std::size_t m = 0; m < models.count(); ++m) {
-        const auto [own, surface] = models.model(m);
-        const std::uint32_t first = models.start(m).cube;
-        out.cell.insert(out.cell.end(), own->cell.begin(), own->cell.end());
-        add_shapes(
-            {*own, surface, first, std::span(part_of).subspan(first, own->count()), body.parts},
-            body, out, points);
-    }
+    const std::vector<std::uint32_t> part_of = take_shapes(models, body, out, &points);
+    std::vector<std::uint32_t> part_of_holder;
     take_points(points, out);
     for (const auto c : out.holder) part_of_holder.push_back(part_of[c]);
 
@@ -402,6 +413,14 @@ PartShapes make_part_shapes(const BodyModels& models, const CornerBody& body,
         out.overlapping.push_back(overlap.pair);
         out.overlap_at.push_back(overlap.place);
     }
+    return out;
+}
+
+PartShapes make_outlines(const BodyModels& models, const CornerBody& body)
+{
+    PartShapes out;
+    take_shapes(models, body, out, nullptr);
+    find_windings(out);
     return out;
 }
 

@@ -20,6 +20,9 @@ namespace physics {
 PartShapes make_part_shapes(const BodyModels& models, const CornerBody& body,
                             const PartContactOptions& options);
 
+// The same without points: what is told of the parts by others' points.
+PartShapes make_outlines(const BodyModels& models, const CornerBody& body);
+
 // visit(part, its closed shape) for each part of all models, which are solids; parts ascend.
 void for_closed_shapes(const BodyModels& models, const CornerBody& body,
                        const std::function<void(std::uint32_t, geometry::TriMesh)>& visit);

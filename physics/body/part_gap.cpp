@@ -62,7 +62,9 @@ std::optional<Gap> find_gap(const AtRest& rest, const Approach& approach)
     if (depth > 1e-9 * size) normal = (hit.point - place) / depth;
     const Vec3 came = (1 + 1e-6) * (back * approach.way);
     const Vec3 outward = (back * approach.outward).normalized();
-    const auto faces_it = [&](const Vec3& n) { return outward.dot(n) <= facing; };
+    const auto faces_it = [&](const Vec3& n) {
+        return outward.dot(n) <= facing || approach.outward.isZero(0);
+    };
     const bool through = came.norm() > depth && came.dot(normal) > 0;
     if (through || !faces_it(normal)) {
         const double most = std::max(half * size, came.norm());

@@ -31,8 +31,8 @@ struct AtRest {
     bool inside() const;
 };
 
-// Of a point in a part's matter: how it came there in this step, which way its own surface faces,
-// and whether it is of the same part.
+// Of a point in a part's matter: how it came there in this step, which way its own surface faces
+// (0: any), and whether it is of the same part.
 struct Approach {
     Vec3 way, outward;  // m, unit
     bool own = false;

@@ -2,7 +2,7 @@
 
 #include "geometry/base/no_index.hpp"
 #include "geometry/cubes/plane.hpp"
-#include "physics/body/make_part_shapes.hpp"
+#include "physics/body/shapes_on_demand.hpp"
 #include "physics/bricks/factor_cache.hpp"
 #include "physics/bricks/own_bricks.hpp"
 #include "physics/bricks/rigid_mass.hpp"
@@ -178,7 +178,7 @@ BricksBody make_bricks(const BodyModels& models, const BrickOptions& options)
     body.layout = lay_out_bricks(cubes, 1024, where_sizes_change(models));
     body.base = make_corner_body(models, body.layout.slot);
     const auto rigid = mark_rigid(models, options, body.base);
-    body.base.shapes = shapes_that_touch(models, body.base, options.contact);
+    give_shapes(models, options.contact, body.base);
     body.element = element_of(cubes, options.element);
     weigh_rigid_parts(models, body.has_brick_mass() ? MassOf::bricks : MassOf::corners, body.base);
     body.cubes = cubes.count();

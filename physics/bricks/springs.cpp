@@ -3,7 +3,7 @@
 #include "geometry/base/parallel.hpp"
 #include "geometry/cubes/plane.hpp"
 #include "physics/body/inverted_cubes.hpp"
-#include "physics/body/make_part_shapes.hpp"
+#include "physics/body/shapes_on_demand.hpp"
 #include "physics/bricks/time_step.hpp"
 #include "physics/state/measure.hpp"
 #include "physics/state/report_texts.hpp"
@@ -303,7 +303,7 @@ SpringsBody make_springs(const BodyModels& models, const SpringOptions& options)
     }
     SpringsBody body;
     body.base = make_corner_body(models, {});
-    body.base.shapes = shapes_that_touch(models, body.base, options.contact);
+    give_shapes(models, options.contact, body.base);
     const auto pairs = cube_pairs();
     body.springs.reserve(pairs.size() * cubes.count());
     geometry::StopCheck check;
