@@ -201,15 +201,16 @@ double gained_by_touching(Stage& stage, const Aligned<double>& x, const Aligned<
     if ((stage.touches.empty() && stage.holds.empty()) || frame.windy) return 0;
     if (!pins_stay(stage) || !colliders_stay(frame)) return 0;
     if (!presses_parts(stage) && !presses_colliders(stage)) return 0;
-    const double stored = elastic(stage, x), moving = kinetic(stage, v);
-    const double gain =
-        elastic(stage, after_x) + others(stage, after_x, after_v) - (stored + others(stage, x, v));
+    const double before = elastic(stage, x) + kinetic(stage, v);
+    const double after = elastic(stage, after_x) + kinetic(stage, after_v);
+    const double gain = after - before + steady(frame, after_x) - steady(frame, x);
     // Sheets and rigid parts that rest have next to no energy of their own.
     const double mass = std::accumulate(frame.part_mass.begin(), frame.part_mass.end(), 0.0);
     const bool may_rest = has_sheets(frame.body) || !stage.rigid.none();
     const double rising = stage.rigid.none() ? 0 : risen * frame.body.h * weight(frame);
     const double least = (may_rest ? 0.5 * mass * slow * slow + rising : 0) + let_out(stage, mass);
-    return gain > std::max(least, little * (stored + moving)) ? gain : 0;
+    // What starts from rest has none before, and a rounding error would be more than that.
+    return gain > std::max(least, little * std::max(before, after)) ? gain : 0;
 }
 
 bool take_off(const Stage& stage, double gained, Aligned<double>& v)

@@ -39,8 +39,8 @@ bool settle(EnergyAccount& account, Stage& stage, const Aligned<double>& x, Alig
 // What parts that touch each other, or colliders, gained in a step from the energy of (x, v) to
 // that of (after_x, after_v), J: planes that stay as they were found push what turns on through
 // them, and forces that are linear about where the step began stretch what turns. 0 where nothing
-// is pressed (of sheets, by another part), where the gain is within a fiftieth of the energy, and
-// where it is not known, as where a collider or a pin moves.
+// is pressed (of sheets, by another part), where the gain is within a fiftieth of the energy that
+// it has before or after, and where it is not known, as where a collider or a pin moves.
 double gained_by_touching(Stage& stage, const Aligned<double>& x, const Aligned<double>& v,
                           const Aligned<double>& after_x, const Aligned<double>& after_v);
 
