@@ -7,6 +7,8 @@
 #include <Eigen/SVD>
 
 #include <algorithm>
+#include <iterator>
+#include <limits>
 #include <map>
 #include <optional>
 #include <utility>
@@ -39,37 +41,109 @@ Vec3 middle_of_points(const std::vector<Vec3>& all, const std::vector<std::size_
     return sum / static_cast<double>(points.size());
 }
 
+// Where pins take points.
+struct Moves {
+    const std::vector<Vec3>&from, &to;
+    double edge;  // m, of a cube
+};
+
+// A motion as one rigid body, of those that are at the mean places.
+struct RigidMove {
+    Vec3 from, to;
+    Eigen::AngleAxisd by;
+
+    bool takes(const Moves& moves, std::size_t point) const
+    {
+        constexpr double nearly = 1e-3;  // cubes, that what moves as a rigid body may be off
+        const Vec3 there = to + by * Vec3(moves.from[point] - from);
+        return (moves.to[point] - there).norm() < nearly * moves.edge;
+    }
+};
+
+// That of some points, if they move so.
+std::optional<RigidMove> rigid_move(const Moves& moves, const std::vector<std::size_t>& points)
+{
+    RigidMove out{middle_of_points(moves.from, points), middle_of_points(moves.to, points), {}};
+    std::vector<Vec3> before, now;
+    for (const auto i : points) {
+        before.emplace_back(moves.from[i] - out.from);
+        now.emplace_back(moves.to[i] - out.to);
+    }
+    const auto by = nearest_turn(before, now, moves.edge);
+    if (!by) return std::nullopt;
+    out.by = *by;
+    const auto taken = [&](std::size_t point) { return out.takes(moves, point); };
+    return std::all_of(points.begin(), points.end(), taken) ? std::optional(out) : std::nullopt;
+}
+
+// Those of some points that are nearest to one of them, and itself.
+std::vector<std::size_t> beside(const Moves& moves, const std::vector<std::size_t>& points,
+                                std::size_t one)
+{
+    constexpr double reach = 1.8;    // of the way to the nearest: over the diagonal of a cube
+    constexpr double apart = 0.001;  // cubes: two pins may hold one point
+    const auto way = [&](std::size_t i) { return (moves.from[i] - moves.from[one]).norm(); };
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const auto i : points) {
+        if (way(i) > apart * moves.edge) nearest = std::min(nearest, way(i));
+    }
+    std::vector<std::size_t> out;
+    std::copy_if(points.begin(), points.end(), std::back_inserter(out),
+                 [&](std::size_t i) { return way(i) < reach * nearest; });
+    return out;
+}
+
+struct RigidGroup {
+    RigidMove move;
+    std::vector<std::size_t> points;
+};
+
+// The points of a part by how they move: all as one, or else as those beside each other do, which
+// one pin holds. Points that move otherwise are in no group.
+std::vector<RigidGroup> rigid_groups(const Moves& moves, std::vector<std::size_t> points)
+{
+    constexpr int most_tries = 16;  // lest a pin that bends thousands of them takes long
+    if (const auto all = rigid_move(moves, points)) return {{*all, std::move(points)}};
+    std::vector<RigidGroup> out;
+    std::vector<std::size_t> left = points;
+    int tries = 0;
+    for (const auto seed : points) {
+        if (!std::binary_search(left.begin(), left.end(), seed)) continue;  // they stay sorted
+        if (tries == most_tries) break;
+        const auto move = rigid_move(moves, beside(moves, left, seed));
+        if (!move) {
+            ++tries;
+            continue;
+        }
+        const auto others = std::stable_partition(
+            left.begin(), left.end(), [&](std::size_t i) { return move->takes(moves, i); });
+        std::vector<std::size_t> group(left.begin(), others);
+        left.erase(left.begin(), others);
+        if (const auto whole = rigid_move(moves, group)) out.push_back({*whole, std::move(group)});
+    }
+    return out;
+}
+
 }  // namespace
 
 PinPaths::PinPaths(std::vector<Vec3> from, std::vector<Vec3> to,
                    const std::vector<std::uint32_t>& group, double edge)
     : from_(std::move(from)), to_(std::move(to))
 {
-    constexpr double least = 1e-6;   // rad
-    constexpr double nearly = 1e-3;  // cubes, that what moves as a rigid body may be off
+    constexpr double least = 1e-6;  // rad
     if (!move()) return;
-    std::map<std::uint32_t, std::vector<std::size_t>> groups;
+    std::map<std::uint32_t, std::vector<std::size_t>> parts;
     for (std::size_t i = 0; i < group.size(); ++i) {
-        if (group[i] != no_index) groups[group[i]].push_back(i);
+        if (group[i] != no_index) parts[group[i]].push_back(i);
     }
-    for (const auto& [part, points] : groups) {
-        Turn turn{middle_of_points(from_, points), middle_of_points(to_, points)};
-        std::vector<Vec3> before, now;
-        for (const auto i : points) {
-            before.emplace_back(from_[i] - turn.from);
-            now.emplace_back(to_[i] - turn.to);
+    for (auto& part : parts) {
+        for (const auto& [move, points] :
+             rigid_groups({from_, to_, edge}, std::move(part.second))) {
+            if (!(move.by.angle() > least)) continue;
+            turn_.resize(from_.size(), no_index);
+            for (const auto i : points) turn_[i] = static_cast<std::uint32_t>(turns_.size());
+            turns_.push_back({move.from, move.to, move.by.axis(), move.by.angle()});
         }
-        const auto by = nearest_turn(before, now, edge);
-        if (!by || !(by->angle() > least)) continue;
-        double off = 0;
-        for (std::size_t i = 0; i < points.size(); ++i) {
-            off = std::max(off, (now[i] - *by * before[i]).norm());
-        }
-        if (!(off < nearly * edge)) continue;
-        turn.axis = by->axis(), turn.angle = by->angle();
-        turn_.resize(from_.size(), no_index);
-        for (const auto i : points) turn_[i] = static_cast<std::uint32_t>(turns_.size());
-        turns_.push_back(turn);
     }
 }
 

@@ -4,7 +4,8 @@
 //
 // Pins of a part that move as one rigid body turn evenly about one axis, and so do all that they
 // carry; along chords they would come nearer to each other in the middle of the frame, and move
-// slower than they turn. What else pins do is even along lines.
+// slower than they turn. Where several hold a part and move differently, those that move alike turn
+// together. What else pins do is even along lines.
 //   y(s) = c0 + s (c1 - c0) + R(s a) (y0 - c0) + s e,   e = y1 - c1 - R(a) (y0 - c0)
 // with the mean places c, the turn a, and what is left over, e.
 

@@ -122,6 +122,31 @@ TEST(PinPaths, EachPartTurnsByItself)
     }
 }
 
+// Of one part, a row of cubes: the ends turn against each other about the row, and between them
+// some are held still.
+TEST(PinPaths, PinsThatMoveDifferentlyTurnByThemselves)
+{
+    const auto pose = [](const Vec3& p, double share) -> Vec3 {
+        const double degrees = p.x() < 0.25 ? 40 : p.x() > 0.65 ? -25 : 0;
+        const Eigen::AngleAxisd by(share * degrees * std::numbers::pi / 180, Vec3::UnitX());
+        const Vec3 middle(p.x(), 0.1, 0.1);
+        return middle + by * Vec3(p - middle);
+    };
+    std::vector<Vec3> from, to;
+    for (int z = 0; z <= 2; ++z) {
+        for (int y = 0; y <= 2; ++y) {
+            for (const int x : {0, 1, 2, 4, 5, 8, 9}) {
+                from.emplace_back(edge * x, edge * y, edge * z);
+                to.push_back(pose(from.back(), 1));
+            }
+        }
+    }
+    const PinPaths paths(from, to, std::vector<std::uint32_t>(from.size(), 0), edge);
+    for (std::size_t i = 0; i < from.size(); ++i) {
+        EXPECT_LT((paths.at(i, 0.5) - pose(from[i], 0.5)).norm(), 1e-14) << from[i].transpose();
+    }
+}
+
 TEST(PinPaths, AllElseGoesAlongLines)
 {
     struct Case {
