@@ -69,6 +69,13 @@ std::vector<Vec3> HoldingElasticity::targets(double share) const
     return out;
 }
 
+std::vector<Vec3> HoldingElasticity::target_velocities(double share) const
+{
+    std::vector<Vec3> out;
+    for (std::size_t i = 0; i < paths_.count(); ++i) out.push_back(paths_.velocity(i, share));
+    return out;
+}
+
 void HoldingElasticity::away(std::size_t c, const double* x, double d[8][4]) const
 {
     for (std::size_t a = 0; a < 8; ++a) {

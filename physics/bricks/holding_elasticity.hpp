@@ -71,6 +71,8 @@ public:
     bool look_back(const double* came, double tau) override { return method_.look_back(came, tau); }
     bool targets_move() const override { return paths_.move(); }
     std::vector<Vec3> targets(double share) const override;
+    // m a frame, of each of these then.
+    std::vector<Vec3> target_velocities(double share) const;
     std::vector<Vec3> at_end(std::vector<Vec3> forces, double share) const override
     {
         return paths_.at_end(std::move(forces), share);

@@ -10,6 +10,8 @@
 
 namespace physics {
 
+class HoldingElasticity;
+
 // Where a frame has got to.
 struct Motion {
     Aligned<double> x, v;  // m, m/s
@@ -22,6 +24,7 @@ struct FrameStep {
     {}
 
     StepFrame& frame;
+    const HoldingElasticity* holding = nullptr;  // the stage's, if springs hold some of the body
     Stage stage;
     StepSolver solver;
     StepRecord record;

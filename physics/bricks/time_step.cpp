@@ -5,6 +5,7 @@
 #include "physics/bricks/bounce.hpp"
 #include "physics/bricks/frame_state.hpp"
 #include "physics/bricks/free_parts.hpp"
+#include "physics/bricks/held_ringing.hpp"
 #include "physics/bricks/holding_elasticity.hpp"
 #include "physics/bricks/integrate.hpp"
 #include "physics/bricks/rigid_energy.hpp"
@@ -239,6 +240,8 @@ bool step_or_parts(FrameStep& step, double begin, double end, Cuts cuts)
     ++step.record.report.steps;
     integrate(step, begin, end);
     place_pins(step, begin, end);
+    const bool rings = step.frame.options.integrator == Integrator::implicit_midpoint;
+    if (step.holding && rings) stop_ringing(step, *step.holding, before.now.v, begin, end);
     const bool finite = all_finite(step.now.x) && all_finite(step.now.v);
     double middle = finite ? share_of_hit(step, begin, end, cuts) : end;
     const double dt = (end - begin) * step.frame.seconds;
@@ -325,10 +328,11 @@ State slept_through(State state, FrameStep& step, double dt)
 }
 
 State advance_all(const CornerBody& body, Elasticity& elasticity, State state, const Loads& loads,
-                  double dt, const StepOptions& options)
+                  double dt, const StepOptions& options, const HoldingElasticity* holding = nullptr)
 {
     StepFrame frame(body, loads, dt, options);
     FrameStep step(frame, elasticity);
+    step.holding = holding;
     step.now = load(body, state);
     step.stage.rigid.straighten(step.now.x.data(), step.now.v.data());
     step.stage.grips = without_those_gone(state.grips);
@@ -381,7 +385,7 @@ State advance_implicitly(const CornerBody& body, Elasticity& elasticity, State s
         return advance_all(body, elasticity, std::move(state), loads, dt, options);
     }
     HoldingElasticity holding(body, elasticity, matter, targets_before(matter, state));
-    return advance_all(body, holding, std::move(state), loads, dt, options);
+    return advance_all(body, holding, std::move(state), loads, dt, options, &holding);
 }
 
 State rest_state(const CornerBody& body)

@@ -10,6 +10,7 @@
 #include "physics/state/measure.hpp"
 #include "physics/state/pins.hpp"
 #include "tests/physics/cube_fixtures.hpp"
+#include "tests/physics/state_measures.hpp"
 
 #include <gtest/gtest.h>
 
@@ -126,6 +127,61 @@ TEST(HeldMatter, ABodyThatIsTurnedAndShiftedAsAWholeArrivesUnstrained)
         goal.push_back(motion * cubes.corner_position(k));
     }
     EXPECT_LT(farthest(state.x, goal), 1e-6);
+}
+
+// Its springs bring it there within a step, which the midpoint rule leaves at twice that speed, or
+// at none.
+TEST(HeldMatter, WhatIsLetGoFliesOnAsFastAsItsPinMovedIt)
+{
+    const Cubes cubes = fixtures::box(3, 2, 2, h, {.young = 1e6});
+    const BricksBody body = make_bricks(cubes);
+    const auto speed = [&](Integrator integrator, int substeps, int frames) {
+        const StepOptions step{.integrator = integrator, .substeps = substeps, .tolerance = 1e-9};
+        State state = rest_state(body);
+        Loads loads;
+        double pushed = 0;  // N s
+        for (int i = 1; i <= frames; ++i) {
+            const Transform motion(Eigen::Translation3d(0.05 * i, 0, 0));
+            loads.pins = held_up_to(cubes, 1, all_axes, motion);
+            state = advance(body, std::move(state), loads, 1.0 / 24, step);
+            pushed += pin_force(state, nullptr, Vec3::Zero()).force.x() / 24;
+        }
+        loads.pins = {};
+        state = advance(body, std::move(state), loads, 1.0 / 24, step);
+        const double mass = 1000 * 12 * h * h * h;
+        const double mean = fixtures::brick_motion(cubes, state).linear.x() / mass;
+        EXPECT_NEAR(pushed, mass * mean, 0.01 * mass * mean)
+            << int(integrator) << " " << substeps << " " << frames;
+        return mean;
+    };
+    for (const auto integrator :
+         {Integrator::implicit_euler, Integrator::sdirk2, Integrator::implicit_midpoint}) {
+        for (const int substeps : {1, 2, 3}) {
+            for (const int frames : {4, 5}) {
+                EXPECT_NEAR(speed(integrator, substeps, frames), 1.2, 0.02)
+                    << int(integrator) << " " << substeps << " " << frames;
+            }
+        }
+    }
+}
+
+// A vibration that the steps resolve goes on.
+TEST(HeldMatter, TheMidpointRuleLetsWhatPointsHoldVibrate)
+{
+    Cantilever beam(2.5 * h);
+    beam.cubes = fixtures::box(8, 1, 1, h, {.young = 1e6});
+    beam.body = make_bricks(beam.cubes);
+    beam.loads.pins = held_up_to(beam.cubes, 2.5 * h);
+    State state = rest_state(beam.body);
+    double early = 0, late = 0;  // m
+    for (int i = 0; i < 240; ++i) {
+        state = advance(beam.body, std::move(state), beam.loads, 1.0 / 240,
+                        {.integrator = Integrator::implicit_midpoint, .substeps = 1});
+        if (i < 80) early = std::max(early, beam.sag(state));
+        if (i >= 160) late = std::max(late, beam.sag(state));
+    }
+    EXPECT_GT(early, 0.01);
+    EXPECT_NEAR(late, early, 0.05 * early);
 }
 
 TEST(HeldMatter, AlongAnAxisThatItLeavesFreeABodyFalls)
