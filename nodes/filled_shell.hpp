@@ -23,6 +23,18 @@
 
 namespace nodes {
 
+// Two meshes: of the pieces p with part[p] = 0, and of those with part[p] = 1.
+inline std::vector<geometry::SplitMesh> two_parts(const geometry::TriMesh& mesh,
+                                                  const geometry::Pieces& pieces,
+                                                  const std::vector<std::uint32_t>& part)
+{
+    std::vector<std::uint32_t> of(pieces.of.size(), 1);
+    for (std::size_t t = 0; t < of.size(); ++t) {
+        if (pieces.of[t] < part.size()) of[t] = part[pieces.of[t]];
+    }
+    return geometry::split(mesh, of, 2);
+}
+
 struct FilledShell {
     double volume = 0;  // m^3, that the filling takes for the inside of open pieces
     double across = 0;  // m, of the largest hole
@@ -63,11 +75,7 @@ inline FilledShell find_filled_shell(const geometry::TriMesh& mesh, geometry::In
             [&](double v) { return std::abs(v) < 1e-5 * open.across ? 0 : v; });
     }
     if (held == 0) return {};
-    std::vector<std::uint32_t> of(pieces.of.size(), 1);
-    for (std::size_t t = 0; t < of.size(); ++t) {
-        if (pieces.of[t] < part.size()) of[t] = part[pieces.of[t]];
-    }
-    const double filled = geometry::volume_inside(geometry::split(mesh, of, 1)[0].mesh, rule);
+    const double filled = geometry::volume_inside(two_parts(mesh, pieces, part)[0].mesh, rule);
     if (filled <= std::max(least_filled * held, thickness * area)) return {};
     const bool all = std::find(part.begin(), part.end(), 1u) == part.end();
     if (!all && filled < least_share * geometry::volume_inside(mesh, rule)) return {};
@@ -76,9 +84,10 @@ inline FilledShell find_filled_shell(const geometry::TriMesh& mesh, geometry::In
 }
 
 // Open pieces of which next to nothing is inside, though they would hold much with their holes
-// closed: too little is left of them for the winding number to pass a half.
+// closed: too little is left of them for the winding number to pass a half. Closed pieces have an
+// inside of their own, and what lies in one is not lost.
 struct LostSolid {
-    double inside = 0, held = 0;  // m^3; of open pieces with flat lids on their holes
+    double inside = 0, held = 0;  // m^3, of open pieces: as they are, and with their holes closed
     double across = 0;            // m, of the largest hole
     geometry::Vec3 where{0, 0, 0};
     bool lost() const { return held > 0; }
@@ -89,9 +98,17 @@ inline LostSolid find_lost_solid(const geometry::TriMesh& mesh, geometry::Inside
     constexpr double least_volume = 0.01;  // of area^1.5; a ball has 0.094
     constexpr double least_inside = 0.1;   // of what it would hold
     const geometry::Pieces pieces = geometry::find_pieces(mesh);
+    const std::vector<geometry::OpenPiece> open_ones = geometry::open_pieces(mesh, pieces);
+    std::vector<std::uint32_t> part(pieces.count(), 1);
+    for (const geometry::OpenPiece& open : open_ones) part[open.piece] = 0;
+    const std::vector<geometry::SplitMesh> parts = two_parts(mesh, pieces, part);
+    const geometry::TriangleBvh closed(parts[1].mesh);
     LostSolid out;
-    for (const geometry::OpenPiece& open : geometry::open_pieces(mesh, pieces)) {
+    for (const geometry::OpenPiece& open : open_ones) {
         if (open.volume < least_volume * std::pow(pieces.area[open.piece], 1.5)) continue;
+        if (closed.triangle_count() > 0 && std::abs(closed.winding_number(open.centre)) > 0.5) {
+            continue;
+        }
         out.held += open.volume;
         if (open.across <= out.across) continue;
         out.across = open.across;
@@ -99,7 +116,7 @@ inline LostSolid find_lost_solid(const geometry::TriMesh& mesh, geometry::Inside
             [&](double v) { return std::abs(v) < 1e-5 * open.across ? 0 : v; });
     }
     if (out.held == 0) return {};
-    out.inside = geometry::volume_inside(mesh, rule);
+    out.inside = geometry::volume_inside(parts[0].mesh, rule);
     return out.inside < least_inside * out.held ? out : LostSolid{};
 }
 

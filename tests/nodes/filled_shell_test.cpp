@@ -83,8 +83,16 @@ TEST(FilledShell, AMeshTooOpenToBeFilledIsTold)
     const TriMesh trough = box_with({faces[0], faces[1], faces[2]});
     EXPECT_TRUE(tells(trough, 0));
     EXPECT_FALSE(tells(trough, 0.02));  // it is a shell
+    // A closed box beside it has an inside, which is not that of the trough. One around it has it.
+    const TriMesh around = geometry::box({4, 4, 4}, geometry::Vec3i::Ones());
+    TriMesh beside = geometry::box({1, 1, 1}, geometry::Vec3i::Ones());
+    for (auto& p : beside.positions) p.x() += 3;
+    EXPECT_TRUE(tells(test_meshes::both(trough, beside), 0));
+    EXPECT_FALSE(tells(test_meshes::both(trough, around), 0));
     TriMesh box = box_with(faces);
     EXPECT_FALSE(tells(box, 0));
+    // Two halves that only together have an inside.
+    EXPECT_FALSE(tells(test_meshes::both(trough, box_with({faces[3], faces[4], faces[5]})), 0));
     box.positions[7].x() = std::numeric_limits<float>::quiet_NaN();
     EXPECT_TRUE(tells(box, 0));
     EXPECT_FALSE(tells(ball_up_to(0), 0));
