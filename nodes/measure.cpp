@@ -3,6 +3,7 @@
 #include "geometry/cubes/local_matter.hpp"
 
 #include "graph/types/node_builder.hpp"
+#include "nodes/measure_faults.hpp"
 #include "nodes/units.hpp"
 #include "nodes/wire_types.hpp"
 #include "physics/body/plane_touch.hpp"
@@ -323,67 +324,12 @@ static std::string_view unit_of_quantity(std::string_view name)
     return {};
 }
 
-// Why the state of a simulation lacks a quantity, whatever its frame; empty where it may have it.
-static std::string not_of_method(const Quantity& quantity, const graph::LinkedNode& source)
-{
-    const std::string_view name = quantity.name;
-    if (source.input != "state" || source.type->name != "Simulate") return {};
-    const std::string_view method = source.text("method");
-    if (name == "contact_force" && method == "lattice") {
-        return fmt::format("method lattice knows no contact forces, and '{}' has it: bricks, "
-                           "springs and shell know them",
-                           source.node);
-    }
-    if (name != "stress_max" && name != "elastic_energy") return {};
-    if (method.empty() || method == "bricks") return {};
-    return fmt::format("only method bricks knows {} of cubes, and '{}' has method {}",
-                       name == "stress_max" ? "the stress" : "the elastic energy", source.node,
-                       method);
-}
-
-static std::string no_such_collider(const Inputs& in, const graph::LinkedNode& source)
-{
-    if (std::string_view(quantities[static_cast<std::size_t>(in.what)].name) != "contact_force" ||
-        source.input != "state" || source.type->name != "Simulate") {
-        return {};
-    }
-    const auto colliders = std::count(source.linked.begin(), source.linked.end(), "colliders");
-    if (in.collider <= colliders) return {};
-    return fmt::format("expected 0 to {}, as many colliders as '{}' has, found {}", colliders,
-                       source.node, in.collider);
-}
-
-// Whether a node keeps all its bodies rigid.
-static bool all_rigid(const graph::LinkedNode& source)
-{
-    const graph::Bends& bends = source.type->bends;
-    if (!bends.link) return false;
-    const auto bodies = std::count(source.linked.begin(), source.linked.end(), bends.input);
-    for (std::size_t k = 0; k < static_cast<std::size_t>(bodies); ++k) {
-        if (bends.link(*source.params, k)) return false;
-    }
-    return bodies > 0;
-}
-
-// What a quantity of cubes is not for bodies that are rigid. A state does not say which are.
-static std::string of_rigid(const Quantity& quantity, const graph::LinkedNode& source)
-{
-    const std::string_view name = quantity.name;
-    if (name != "angular_momentum" && name != "moment_of_inertia") return {};
-    if (source.input != "state" || !all_rigid(source)) return {};
-    return fmt::format(
-        "'{}' gives rigid bodies the inertia of their surfaces, and {} is by that of "
-        "their cubes: it is off by what `accuracy` of these cubes says of the inertia "
-        "(aspic card), which is less the smaller they are",
-        source.node, name);
-}
-
 static graph::Faults check(const Inputs& in, const graph::Setting& setting)
 {
     graph::Faults faults;
-    const bool of_attribute = std::string_view(quantities[static_cast<std::size_t>(in.what)].name)
-                                  .starts_with("attribute_");
-    if (of_attribute && !setting.links("mesh") && !setting.links("cubes")) {
+    const Quantity& quantity = quantities[static_cast<std::size_t>(in.what)];
+    const std::string_view name = quantity.name;
+    if (name.starts_with("attribute_") && !setting.links("mesh") && !setting.links("cubes")) {
         faults.push_back({"what", "an attribute needs the input 'mesh' or 'cubes', and neither is "
                                   "linked"});
     }
@@ -392,15 +338,14 @@ static graph::Faults check(const Inputs& in, const graph::Setting& setting)
                                       "'against': set collider to 0, or unlink that"});
     }
     for (const graph::LinkedNode& source : setting.sources) {
-        const std::string none = no_such_collider(in, source);
+        const std::string none = no_such_collider(name, in.collider, source);
         if (!none.empty()) faults.push_back({"collider", none});
-        const std::string why =
-            not_of_method(quantities[static_cast<std::size_t>(in.what)], source);
+        const std::string why = not_of_method(name, source);
         if (!why.empty()) faults.push_back({"what", why});
-        const std::string off = of_rigid(quantities[static_cast<std::size_t>(in.what)], source);
+        const std::string off = of_rigid(name, source);
         if (!off.empty()) faults.push_back({"what", off, true});
     }
-    for (const char* need : quantities[static_cast<std::size_t>(in.what)].needs) {
+    for (const char* need : quantity.needs) {
         if (need && !setting.links(need)) faults.push_back({"what", not_linked(need)});
     }
     return faults;
