@@ -127,13 +127,10 @@ static physics::PinForce pin_force(const Inputs& in)
         const physics::PinForce rigid = physics::rigid_pin_force(of, *in.pins, in.point);
         out.force += rigid.force, out.torque += rigid.torque, out.pins += rigid.pins;
     }
-    if (out.pins == 0 && has_gone(of)) {
-        throw std::invalid_argument(
-            of.reactions.empty() && of.held_forces.empty()
-                ? "the state has no forces of pins: link pins to Simulate, with method bricks, "
-                  "springs or shell"
-                : "none of the corners or points of `pins` was held in the simulation: link the "
-                  "Pin that Simulate has");
+    // A Pin that has let go holds nothing, and so do all where each has.
+    if (out.pins == 0 && in.pins && !in.pins->empty() && has_gone(of)) {
+        throw std::invalid_argument("none of the corners or points of `pins` was held in the "
+                                    "simulation: link the Pin that Simulate has");
     }
     return out;
 }
@@ -340,7 +337,7 @@ static graph::Faults check(const Inputs& in, const graph::Setting& setting)
     for (const graph::LinkedNode& source : setting.sources) {
         const std::string none = no_such_collider(name, in.collider, source);
         if (!none.empty()) faults.push_back({"collider", none});
-        const std::string why = not_of_method(name, source);
+        const std::string why = not_of_simulation(name, source);
         if (!why.empty()) faults.push_back({"what", why});
         const std::string off = of_rigid(name, source);
         if (!off.empty()) faults.push_back({"what", off, true});
@@ -373,7 +370,7 @@ constexpr const char* what_text =
     "them), mass (kg). Of `state`: speed_max (m/s), elastic_energy (J) and stress_max "
     "(Pa, von Mises), of method bricks, plastic_strain_max (that rest shapes have come to for "
     "good; 0 where nothing has yielded), reaction_force (N, of pins on the body, along "
-    "`direction`, the mean over the frame; not of method lattice), "
+    "`direction`, the mean over the frame; 0 while nothing is held; not of method lattice), "
     "reaction_torque (N m, of the same forces where the pins are at the end of the frame, about "
     "the axis along `direction` through `point`), "
     "contact_force (N, on the body of `cubes` by all that it touches, along `direction`: "

@@ -15,14 +15,19 @@
 namespace nodes::measure {
 
 // Why the state of a simulation lacks a quantity, whatever its frame; empty where it may have it.
-inline std::string not_of_method(std::string_view name, const graph::LinkedNode& source)
+inline std::string not_of_simulation(std::string_view name, const graph::LinkedNode& source)
 {
     if (source.input != "state" || source.type->name != "Simulate") return {};
     const std::string_view method = source.text("method");
-    if (name == "contact_force" && method == "lattice") {
-        return fmt::format("method lattice knows no contact forces, and '{}' has it: bricks, "
-                           "springs and shell know them",
-                           source.node);
+    const bool of_pins = name.starts_with("reaction_");
+    if (method == "lattice" && (of_pins || name == "contact_force")) {
+        return fmt::format("method lattice knows no {}, and '{}' has it: bricks, springs and shell "
+                           "know them",
+                           of_pins ? "forces of pins" : "contact forces", source.node);
+    }
+    if (of_pins && !source.links("pins")) {
+        return fmt::format(
+            "'{}' has no pins whose force to measure: link a Pin to its input 'pins'", source.node);
     }
     if (name != "stress_max" && name != "elastic_energy") return {};
     if (method.empty() || method == "bricks") return {};

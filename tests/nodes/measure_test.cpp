@@ -210,9 +210,7 @@ TEST(Measure, KnowsBodiesAndSimulationsApart)
         "turning": { "type": "Measure@1", "inputs": { "state": "then.state",
                      "cubes": "cubes.cubes" }, "params": { "what": "moment_of_inertia" } },
         "lumped": { "type": "Measure@1", "inputs": { "state": "plain.state",
-                    "cubes": "cubes.cubes" }, "params": { "what": "moment_of_inertia" } },
-        "force": { "type": "Measure@1", "inputs": { "state": "then.state" },
-                   "params": { "what": "reaction_force" } })");
+                    "cubes": "cubes.cubes" }, "params": { "what": "moment_of_inertia" } })");
     EXPECT_DOUBLE_EQ(*scene.at<double>("turning"), *scene.at<double>("lumped"));
     const double held = *scene.at<double>("second", 4);
     EXPECT_NEAR(held, 48 * 9.81, 0.02 * 48 * 9.81);  // all of it is pinned
@@ -221,18 +219,58 @@ TEST(Measure, KnowsBodiesAndSimulationsApart)
               std::string::npos);
     EXPECT_GT(*scene.at<double>("deep", 4), 0);
     EXPECT_EQ(*scene.at<double>("deep_of", 4), *scene.at<double>("deep", 4));
-    EXPECT_NE(scene.failure_at<double>("force", 4).find("no forces of pins"), std::string::npos);
+    EXPECT_TRUE(scene.at<physics::State>("then", 4)->reactions.empty());
+}
+
+// Two ends of a box are held for two frames, then one, then none: those that let go exert no force,
+// while another Pin holds too. Corners and points of the material, and rigid bodies.
+TEST(Measure, OfAPinThatHasLetGoTheForceIsZero)
+{
+    for (const std::string hold : {"corners", "points"}) {
+        for (const std::string rigid : {"false", "true"}) {
+            const auto pin = [&](const std::string& end, const std::string& on) {
+                return fmt::format(R"(, "{0}": {{ "type": "Pin@1", "inputs": {{ "cubes":
+                    "cubes.cubes" }}, "params": {{ "hold": "{1}", "where": "ends", "on": "{2}",
+                    "ends": {{ "end": "{0}", "axis": "y" }} }} }})",
+                                   end, hold, on);
+            };
+            const auto force = [](const std::string& name, const std::string& pins) {
+                return fmt::format(R"(, "{}": {{ "type": "Measure@1", "inputs": {{ "state":
+                    "sim.state"{} }}, "params": {{ "what": "reaction_force" }} }})",
+                                   name, pins);
+            };
+            Scene scene(body("[0.4, 0.2, 0.2]", R"("young": 1e6)") + pin("low", "=frame < 3") +
+                        pin("high", "=frame < 5") + R"(, "sim": { "type": "Simulate@3", "inputs":
+                        { "cubes": "cubes.cubes", "pins": ["low.pins", "high.pins"] },
+                        "params": { "bodies": [{ "rigid": )" +
+                        rigid + "}] } }" + force("all", "") +
+                        force("of_low", R"(, "pins": "low.pins")") +
+                        force("of_high", R"(, "pins": "high.pins")"));
+            const auto at = [&](const char* node, int frame) {
+                return *scene.at<double>(node, frame);
+            };
+            EXPECT_NE(at("of_low", 2), 0) << hold << rigid;
+            for (const int frame : {3, 4}) {
+                EXPECT_EQ(at("of_low", frame), 0) << hold << rigid;
+                EXPECT_EQ(at("of_high", frame), at("all", frame)) << hold << rigid;
+                EXPECT_NE(at("all", frame), 0) << hold << rigid;
+            }
+            for (const char* node : {"of_low", "of_high", "all"}) EXPECT_EQ(at(node, 5), 0) << node;
+        }
+    }
 }
 
 // Before anything is cooked, and not at the first frame that is asked for.
-TEST(Measure, OfAMethodWithoutStressSaysSoAtOnce)
+TEST(Measure, OfASimulationThatLacksTheQuantitySaysSoAtOnce)
 {
-    const auto said = [](const std::string& method, const std::string& what) {
+    const auto said = [](const std::string& method, const std::string& what,
+                         const std::string& pins = "") {
         const std::string text =
             R"({ "aspic": 1, "nodes": { "plane": { "type": "Plane@1" },
-            "sim": { "type": "Simulate@3", "inputs": { "cubes": ["plane.cubes"] },
-                     "params": { "method": ")" +
-            method + R"(" } },
+            "pin": { "type": "Pin@1", "inputs": { "cubes": "plane.cubes" }, "params": {
+                     "where": "rim" } },
+            "sim": { "type": "Simulate@3", "inputs": { "cubes": ["plane.cubes"])" +
+            pins + R"( }, "params": { "method": ")" + method + R"(" } },
             "m": { "type": "Measure@1", "inputs": { "state": "sim.state" },
                    "params": { "what": ")" +
             what + R"(" } } } })";
@@ -248,6 +286,13 @@ TEST(Measure, OfAMethodWithoutStressSaysSoAtOnce)
     EXPECT_EQ(said("shell", "elastic_energy"),
               "only method bricks knows the elastic energy of cubes, and 'sim' has method shell\n");
     EXPECT_EQ(said("shell", "speed_max"), "");
+    const std::string pins = R"(, "pins": ["pin.pins"])";
+    EXPECT_EQ(said("shell", "reaction_force"),
+              "'sim' has no pins whose force to measure: link a Pin to its input 'pins'\n");
+    EXPECT_EQ(said("shell", "reaction_torque", pins), "");
+    EXPECT_EQ(said("lattice", "reaction_force", pins),
+              "method lattice knows no forces of pins, and 'sim' has it: bricks, springs and shell "
+              "know them\n");
     EXPECT_EQ(said("bricks", "stress_max"), "");
 }
 
@@ -305,19 +350,12 @@ TEST(Measure, SaysWhatIsMissing)
         "other": { "type": "Pin@1", "inputs": { "cubes": "cubes.cubes" }, "params": {
                    "where": "ends", "ends": { "end": "high" } } },
         "sim": { "type": "Simulate@3", "inputs": { "cubes": "cubes.cubes", "pins": ["end.pins"] } },
-        "soft": { "type": "Simulate@3", "inputs": { "cubes": "cubes.cubes", "pins": ["end.pins"] },
-                  "params": { "method": "lattice" } },
         "free": { "type": "Measure@1", "inputs": { "state": "sim.state", "pins": "other.pins" },
-                  "params": { "what": "reaction_force" } },
-        "force": { "type": "Measure@1", "inputs": { "state": "soft.state" },
-                   "params": { "what": "reaction_force" } })");
-    const auto says = [&](const char* node, const char* words) {
-        EXPECT_EQ(scene.failure_at<double>(node), "");  // at the start there is none
-        const std::string told = scene.failure_at<double>(node, 2);
-        EXPECT_NE(told.find(words), std::string::npos) << told;
-    };
-    says("free", "none of the corners or points of `pins` was held");
-    says("force", "no forces of pins: link pins to Simulate, with method bricks");
+                  "params": { "what": "reaction_force" } })");
+    EXPECT_EQ(scene.failure_at<double>("free"), "");  // at the start there is none
+    const std::string told = scene.failure_at<double>("free", 2);
+    EXPECT_NE(told.find("none of the corners or points of `pins` was held"), std::string::npos)
+        << told;
 }
 
 }  // namespace
