@@ -143,7 +143,8 @@ static void describe_attributes(graph::ParamsOf<Attributes>& p)
         .param("cubes", &Attributes::cubes,
                "Properties of the cubes around each vertex: names, with commas between them. young "
                "(Pa), density (kg/m^3), poisson, mass_damping (1/s), stiffness_damping (s), fill, "
-               "or one of their own (LocalMatter, Voxelize), of which * means all. Empty: none. "
+               "of a Plane or a Sheet thickness (m), or one of their own (LocalMatter, Voxelize), "
+               "of which * means all. Empty: none. "
                "Attributes that the mesh itself has stay, but for those of these names.");
 }
 

@@ -80,12 +80,8 @@ static std::vector<double> before(const geometry::Cubes& cubes, const Rule& rule
         }
         return std::vector<double>(cubes.count(), 0.0);
     }
-    if (rule.property != LocalProperty::thickness) {
-        return geometry::cube_values(cubes, property_names[std::size_t(rule.property)]);
-    }
-    std::vector<double> out = cubes.fill;
-    for (double& v : out) v *= cubes.size;
-    return out;
+    if (rule.property == LocalProperty::thickness) return geometry::thicknesses(cubes);
+    return geometry::cube_values(cubes, property_names[std::size_t(rule.property)]);
 }
 
 static std::vector<double> values_of(const geometry::Cubes& cubes, const Rule& rule,
@@ -170,9 +166,9 @@ static void describe_rule(graph::ParamsOf<Rule>& p)
     const graph::ShownWhen own{"property", {"own"}};
     p.choice("property", &Rule::property, {property_names.begin(), property_names.end()},
              "The property: young (Pa), density of the material (kg/m^3), poisson, mass_damping "
-             "(1/s) or stiffness_damping (s); thickness of a Plane (m), whose density stays; or "
-             "one of the user's own, which CubeMesh, Embed, Measure, Render and WriteMesh know by "
-             "its name.")
+             "(1/s) or stiffness_damping (s); thickness of a Plane or a Sheet (m), whose density "
+             "stays; or one of the user's own, which CubeMesh, Embed, Measure, Render and "
+             "WriteMesh know by its name.")
         .param("name", &Rule::name, "Name of the user's own property.", {}, own)
         .param("unit", &Rule::unit, "Its unit, for legends of pictures.", {}, own)
         .param("value", &Rule::value,
@@ -181,7 +177,8 @@ static void describe_rule(graph::ParamsOf<Rule>& p)
                "linked; the names of that mesh's attributes; texture_r, texture_g, texture_b and "
                "texture_a, from 0 to 1 as the picture has them, where it has texture coordinates; "
                "and what the cubes have so far: young, density, poisson, mass_damping, "
-               "stiffness_damping, fill, and their own. Each cube gets the mean over its volume.")
+               "stiffness_damping, fill, of a Plane or a Sheet thickness, and their own. Each cube "
+               "gets the mean over its volume.")
         .block("ramp", &Rule::ramp, describe_ramp, about_ramp)
         .param("part", &Rule::part,
                "Applies only where the nearest face of the mesh is of such a group or material: * "

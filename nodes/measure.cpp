@@ -425,7 +425,7 @@ void add_to(graph::Registry& registry)
                {.min = 0, .max = 1e6}, {"what", {"contact_force"}})
         .param("attribute", &Inputs::attribute,
                "Name of the attribute. Of cubes: young, density, poisson, mass_damping, "
-               "stiffness_damping, fill, or one of their own.",
+               "stiffness_damping, fill, of a Plane or a Sheet thickness, or one of their own.",
                {}, {"what", {"attribute_min", "attribute_max", "attribute_mean"}})
         .check(check)
         .output("value", &Outputs::value, "The measured number.");

@@ -205,6 +205,7 @@ std::vector<double> cube_values(const Cubes& cubes, std::string_view name)
     if (name == "mass_damping") return cubes.mass_damping;
     if (name == "stiffness_damping") return cubes.stiffness_damping;
     if (name == "fill") return cubes.fill;
+    if (name == "thickness" && flat_axis(cubes) >= 0) return thicknesses(cubes);
     for (const CubeAttribute& a : cubes.attributes) {
         if (a.name == name) return a.values;
     }
@@ -218,6 +219,7 @@ std::string unit_of(const Cubes& cubes, std::string_view name)
     if (name == "density") return "kg/m^3";
     if (name == "mass_damping") return "1/s";
     if (name == "stiffness_damping") return "s";
+    if (name == "thickness") return "m";
     for (const CubeAttribute& a : cubes.attributes) {
         if (a.name == name) return a.unit;
     }
@@ -227,6 +229,7 @@ std::string unit_of(const Cubes& cubes, std::string_view name)
 std::vector<std::string> value_names(const Cubes& cubes)
 {
     std::vector<std::string> names(properties.begin(), properties.end());
+    if (flat_axis(cubes) >= 0) names.emplace_back("thickness");
     for (const CubeAttribute& a : cubes.attributes) names.push_back(a.name);
     return names;
 }
@@ -244,6 +247,13 @@ Spread value_spread(const Cubes& cubes, std::string_view name)
         filled += weight;
     }
     if (filled > 0) out.mean /= filled;
+    return out;
+}
+
+std::vector<double> thicknesses(const Cubes& cubes)
+{
+    std::vector<double> out = cubes.fill;
+    for (double& v : out) v *= cubes.size;
     return out;
 }
 

@@ -62,8 +62,8 @@ bool is_own_name(std::string_view name);
 void check_own_name(std::string_view name);
 
 // A property or an attribute of each cube, by name: young, density (of the material), poisson,
-// mass_damping, stiffness_damping, fill, or one of the cubes' own. Throws std::invalid_argument
-// that names those there are.
+// mass_damping, stiffness_damping, fill, thickness (of a plane or a sheet), or one of the cubes'
+// own. Throws std::invalid_argument that names those there are.
 std::vector<double> cube_values(const Cubes& cubes, std::string_view name);
 
 // The unit of such values: "Pa", or "".
@@ -74,6 +74,9 @@ std::vector<std::string> value_names(const Cubes& cubes);
 
 // Of such values over the cubes, the mean by the volume that fills them.
 Spread value_spread(const Cubes& cubes, std::string_view name);
+
+// Of a plane's or a sheet's cells. C, m.
+std::vector<double> thicknesses(const Cubes& cubes);
 
 // mass / (fill * size^3) of each cube. C, kg/m^3. Less than the density of the material where
 // min_fill counts cubes as fuller than they are (fill_cubes.hpp).

@@ -127,6 +127,32 @@ TEST(LocalMatter, APlaneHasThicknessAndPropertiesOfItsOwn)
     }
 }
 
+// A hem twice as thick as the rest, whatever that is: 0.02 m, and 0.04 m where x > 0.5 m.
+TEST(LocalMatter, ReadsTheThicknessOfPlanesAndSheets)
+{
+    const std::string doubled = R"(,
+        "local": { "type": "LocalMatter@1", "inputs": { "cubes": "cloth.cubes" }, "params": {
+                   "properties": [ { "property": "thickness",
+                                     "value": "x > 0.5 ? 2 * thickness : thickness" } ] } },
+        "mass": { "type": "Measure@1", "inputs": { "cubes": "local.cubes" },
+                  "params": { "what": "mass" } },
+        "thickest": { "type": "Measure@1", "inputs": { "cubes": "local.cubes" },
+                      "params": { "what": "attribute_max", "attribute": "thickness" } })";
+    const std::string plane = R"(
+        "cloth": { "type": "Plane@1", "params": { "sides": { "u": 1, "v": 0.2 }, "size": 0.1,
+                   "centre": [0.5, 0, 0], "thickness": 0.02 } })";
+    const std::string sheet = R"(
+        "grid": { "type": "Primitive@1", "params": { "shape": "grid", "centre": [0.5, 0, 0],
+                  "grid": { "size_x": 1, "size_z": 0.2, "divisions_x": 10, "divisions_z": 2 } } },
+        "cloth": { "type": "Sheet@1", "inputs": { "mesh": "grid.mesh" },
+                   "params": { "thickness": 0.02 } })";
+    for (const std::string& cloth : {plane, sheet}) {
+        Scene scene(cloth + doubled);
+        EXPECT_NEAR(*scene.at<double>("mass"), 1000 * 0.2 * 0.5 * (0.02 + 0.04), 1e-6);
+        EXPECT_NEAR(*scene.at<double>("thickest"), 0.04, 1e-12);
+    }
+}
+
 // The left half of the square is of one material, the right half of another: cubes there keep
 // theirs.
 TEST(LocalMatter, AppliesToPartsOfTheMesh)
