@@ -179,14 +179,16 @@ static physics::HeldMatter find_matter(const Inputs& in)
                                   bits_of(in.axes));
 }
 
-// What is carried whole is so on purpose.
+// What is carried whole is so on purpose. Keyframes that stand still at this frame, and what is let
+// go at another, carry it too.
 static void warn_of_all(const Inputs& in, std::size_t pinned, const graph::Context& context)
 {
-    const bool still =
-        in.axes == Axes::xyz && !in.follow && in.translate.isZero(0) && in.rotate_degrees.isZero(0);
+    const bool still = in.axes == Axes::xyz && !in.follow && !context.animated() &&
+                       in.translate.isZero(0) && in.rotate_degrees.isZero(0);
     if (!still || pinned == 0 || pinned < in.cubes->corner_count()) return;
     context.warn(fmt::format("all {} corners of the cubes lie in the chosen region, so this body "
-                             "cannot move: choose a smaller one",
+                             "cannot move. Where it is not meant as an anchor, choose a smaller "
+                             "region",
                              pinned));
 }
 

@@ -71,9 +71,10 @@ private:
 class Context {
 public:
     Context() = default;
-    // `pace`: s of the scene that pass in a frame; 0: as many as of the video.
-    Context(int frame, FrameRange range, unsigned declared, double pace = 0)
-        : frame_(frame), range_(range), declared_(declared), pace_(pace)
+    // `pace`: s of the scene that pass in a frame; 0: as many as of the video. `animated`: whether
+    // a parameter of the node varies by frame.
+    Context(int frame, FrameRange range, unsigned declared, double pace = 0, bool animated = false)
+        : frame_(frame), animated_(animated), range_(range), declared_(declared), pace_(pace)
     {}
 
     int frame() const { return need(Variable::frame), frame_; }
@@ -81,6 +82,8 @@ public:
     double fps() const { return need(Variable::fps), range_.fps; }
     double frame_seconds() const { return need(Variable::fps), 1 / range_.fps; }
     const FrameRange& range() const { return need(Variable::range), range_; }
+    // Whether keyframes or expressions vary a parameter of the node by frame. Its key says which.
+    bool animated() const { return animated_; }
     // How many times slower than in the scene time passes in the video.
     double slow_motion() const
     {
@@ -122,6 +125,7 @@ private:
     }
 
     int frame_ = 1;
+    bool animated_ = false;
     FrameRange range_;
     unsigned declared_ = 0;
     double pace_ = 0;

@@ -94,10 +94,12 @@ void fill_inputs(CookState& cook, const Task& task, Scratch& scratch)
 graph::Context context_of(CookState& cook, const Task& task, Result& result, Outcome& outcome,
                           std::mutex& talking)
 {
-    const graph::NodeType& type = *cook.graph.nodes[task.node].type;
+    const graph::Node& node = cook.graph.nodes[task.node];
+    const graph::NodeType& type = *node.type;
     const bool paced = (type.reads & static_cast<unsigned>(graph::Variable::pace)) != 0;
     graph::Context context(task.frame, cook.graph.range, type.reads,
-                           paced ? graph::scene_pace(cook.graph, task.node) : 0);
+                           paced ? graph::scene_pace(cook.graph, task.node) : 0,
+                           !node.animated.empty());
     context.stop = cook.options.stop;
     context.output_folder = cook.options.output_folder;
     context.root = cook.graph.root;

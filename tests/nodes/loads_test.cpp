@@ -1,6 +1,7 @@
 // What Pin, Force and Ground do to a body that Simulate moves, against motion known beforehand.
 
 #include "tests/nodes/one_node.hpp"
+#include "tests/nodes/scene.hpp"
 #include "tests/physics/cube_fixtures.hpp"
 #include "tests/physics/state_measures.hpp"
 
@@ -120,7 +121,33 @@ TEST(Pin, TellsWhatItHoldsNothingOfOrAllOf)
     all.param("box.size").is = Vector{9, 9, 9};
     pins_of(all, block());
     ASSERT_EQ(all.warnings.size(), 1u);
-    EXPECT_NE(all.warnings[0].find("so this body cannot move"), std::string::npos);
+    EXPECT_NE(all.warnings[0].find("so this body cannot move. Where it is not meant as an anchor"),
+              std::string::npos);
+}
+
+// A body that is thrown or dropped: the first frame alone says nothing of it.
+TEST(Pin, HoldsAllOfABodySilentlyWhereItMovesOrIsLetGoLater)
+{
+    const auto warnings = [](const std::string& more) {
+        fixtures::Scene scene(R"(
+            "mesh": { "type": "Primitive@1", "params": { "shape": "box" } },
+            "cubes": { "type": "Voxelize@1", "inputs": { "mesh": "mesh" },
+                       "params": { "method": "solid", "size": 0.5 } },
+            "pin": { "type": "Pin@1", "inputs": { "cubes": "cubes" },
+                     "params": { "where": "below", "below": { "height": 9 })" +
+                                  more + "} }",
+                              {}, 12);
+        scene.at<physics::Pins>("pin", 1);
+        return scene.warnings;
+    };
+    EXPECT_EQ(warnings("").size(), 1u);
+    EXPECT_EQ(warnings(R"(, "translate": { "keys": [[1, [0, 0, 0]], [6, [0, 0, 0]]] })").size(),
+              1u);
+    for (const char* more :
+         {R"(, "translate": { "keys": [[1, [0, 0, 0]], [6, [1, 0, 0]]] })",
+          R"(, "rotate_degrees": [0, "=360 * time", 0])", R"(, "on": "=frame < 6")"}) {
+        EXPECT_TRUE(warnings(more).empty()) << more;
+    }
 }
 
 TEST(Pin, RotatesAboutItsPivotBeforeItTranslates)
