@@ -8,6 +8,8 @@
 #include "graph/types/context.hpp"
 #include "graph/types/param_builder.hpp"
 
+#include <fmt/format.h>
+
 namespace nodes {
 
 // 0: custom, else 1 + its place in known_matters.
@@ -92,6 +94,16 @@ inline void describe_rule(graph::ParamsOf<MaterialRule>& p)
     describe_matter(p);
 }
 
+// What a rule looks for, for people.
+inline std::string sought(const MaterialRule& r)
+{
+    using Match = geometry::MatterRule::Match;
+    if (r.match == Match::all) return "every face";
+    if (r.match != Match::colour) return "\"" + r.name + "\"";
+    return fmt::format("colour [{:.4g}, {:.4g}, {:.4g}], tolerance {:.4g}", r.colour.x(),
+                       r.colour.y(), r.colour.z(), r.tolerance);
+}
+
 // The material of each face: that of the last rule that matches it, else `matter`. Warns about
 // rules that match no face.
 inline geometry::FaceMatter face_matter(const geometry::TriMesh& mesh,
@@ -107,8 +119,8 @@ inline geometry::FaceMatter face_matter(const geometry::TriMesh& mesh,
     }
     geometry::FaceMatter out = geometry::assign_matter(mesh, list, matter);
     for (const std::size_t i : out.idle) {
-        context.warn("materials[" + std::to_string(i) + "] (\"" + rules[i].name +
-                     "\") matches no face of the mesh");
+        context.warn(
+            fmt::format("materials[{}] ({}) matches no face of the mesh", i, sought(rules[i])));
     }
     return out;
 }

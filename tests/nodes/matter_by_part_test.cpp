@@ -57,4 +57,19 @@ TEST(MatterByPart, BoxesThatTouchWeighWhatTheyShould)
     }
 }
 
+TEST(MatterByPart, ARuleThatMatchesNothingIsNamedByWhatItLooksFor)
+{
+    Scene scene(R"(
+        "a": { "type": "Primitive@1", "params": { "shape": "box", "colour": [0, 1, 0] } },
+        "c": { "type": "Voxelize@1", "inputs": { "mesh": "a" },
+               "params": { "method": "solid", "materials": [
+            { "match": "colour", "colour": [1, 0, 0.25], "tolerance": 0.2, "density": 3000 },
+            { "match": "material", "name": "ir*", "density": 3000 } ] } })");
+    scene.at<geometry::Cubes>("c");
+    ASSERT_EQ(scene.warnings.size(), 2u);
+    EXPECT_EQ(scene.warnings[0],
+              "materials[0] (colour [1, 0, 0.25], tolerance 0.2) matches no face of the mesh");
+    EXPECT_EQ(scene.warnings[1], "materials[1] (\"ir*\") matches no face of the mesh");
+}
+
 }  // namespace
