@@ -5,6 +5,7 @@
 #include "geometry/mesh/mass_properties.hpp"
 #include "geometry/mesh/measure.hpp"
 #include "geometry/mesh/mesh_edges.hpp"
+#include "geometry/mesh/nested_pieces.hpp"
 #include "geometry/mesh/pieces.hpp"
 #include "geometry/mesh/solid_faces.hpp"
 #include "geometry/mesh/triangle_bvh.hpp"
@@ -91,13 +92,16 @@ inline bool encloses(const geometry::TriMesh& mesh)
 // the stiffness in bending of the part that is most wrong, times the true one; not a number where
 // it is not known. Of open meshes, of surfaces and without a mesh nothing is known to compare with;
 // of cubes of several densities volume and stiffness alone are. `once`: cubes hold once what is in
-// several parts of the mesh. `total`: the mass that is asked for, kg; 0: none.
+// several parts of the mesh. `total`: the mass that is asked for, kg; 0: none. `by_parity`: parts
+// of the mesh that lie in others are hollows, whichever way they are wound.
 inline graph::Figures body_figures(const geometry::TriMesh* mesh, const geometry::Cubes& cubes,
-                                   bool solid, double bending, bool once = false, double total = 0)
+                                   bool solid, double bending, bool once = false, double total = 0,
+                                   bool by_parity = false)
 {
     constexpr double unknown = graph::Figure::unknown;
     geometry::TriMesh faces;  // as the cubes are made of them
     if (mesh && solid) faces = mesh_of(*mesh, geometry::solid_faces(*mesh));
+    if (mesh && solid && by_parity) geometry::wind_by_parity(faces);
     const bool closed = mesh && solid && encloses(faces);
     const bool overlap = closed && once && parts_overlap(faces, cubes);
     const bool known = closed && !overlap;

@@ -83,7 +83,8 @@ void add_to(graph::Registry& registry)
                "The mesh at rest that is pressed on, as a rule the one that the cubes were made "
                "of. Its winding tells which way is out of the material. Pieces that are wound "
                "inwards and lie in no other, and faces that are wound against the rest of their "
-               "piece, are taken the other way round, with a warning.")
+               "piece, are taken the other way round, with a warning. A closed piece within "
+               "another is a hollow where the cubes leave it empty, however it is wound.")
         .param("pressure", &Inputs::pressure,
                "Pressure on the outside of the material: above 0 it pushes in, below 0 it sucks. "
                "For a hollow body, press on the faces of the hollow. It should stay below a tenth "

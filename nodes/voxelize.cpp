@@ -10,6 +10,7 @@
 #include "nodes/calibrated_cubes.hpp"
 #include "nodes/cube_quality.hpp"
 #include "nodes/dust.hpp"
+#include "nodes/filled_hollow.hpp"
 #include "nodes/filled_shell.hpp"
 #include "nodes/large_cubes.hpp"
 #include "nodes/material_rules.hpp"
@@ -301,6 +302,8 @@ static Outputs run(const Inputs& in, const graph::Context& context)
         warn_of_filled_shell(*in.mesh, in.inside, in.thickness, "method = solid",
                              "method = surface", context);
     }
+    const bool once = in.pieces == Pieces::merge || in.pieces == Pieces::apart;
+    if (solid && once) warn_of_filled_hollow(*in.mesh, matter, in.inside, context);
     const geometry::VoxelGrid grid = in.quality == Quality::by_size
                                          ? grid_for(in)
                                          : grid_of_quality(in, matter, options, context);
@@ -318,14 +321,14 @@ static Outputs run(const Inputs& in, const graph::Context& context)
                                      options.max_cubes, context);
         bending = body.thin.empty() ? 1 : body.thin.front().factor;
     }
-    if (in.pieces == Pieces::merge || in.pieces == Pieces::apart) {
+    if (once) {
         warn_of_glued_pieces(*in.mesh, body.cubes, in.pieces == Pieces::apart, in.join, planned,
                              context);
     }
     warn_of_odd_young(body.cubes, context);
     Outputs out{std::move(body.cubes)};
-    const bool once = in.pieces == Pieces::merge || in.pieces == Pieces::apart;
-    context.tell(body_figures(in.mesh.get(), out.cubes, solid, bending, once, in.total_mass));
+    context.tell(body_figures(in.mesh.get(), out.cubes, solid, bending, once, in.total_mass,
+                              once && in.inside == geometry::Inside::parity));
     return out;
 }
 

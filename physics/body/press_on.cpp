@@ -5,6 +5,9 @@
 #include "geometry/embed/embed.hpp"
 #include "geometry/mesh/cut_sides.hpp"
 #include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/nested_pieces.hpp"
+#include "geometry/mesh/split.hpp"
+#include "geometry/mesh/triangle_bvh.hpp"
 #include "geometry/mesh/wound_out.hpp"
 #include "physics/state/choose_corners.hpp"
 #include "physics/state/state_models.hpp"
@@ -12,6 +15,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
 namespace physics {
@@ -23,10 +27,48 @@ using geometry::Vec3f;
 
 constexpr std::size_t most_faces = 20'000'000;
 
-// The faces of the mesh, or of that name, wound outwards.
-std::vector<Triangle> chosen_faces(const TriMesh& mesh, const std::string& name, PressOn& out)
+// Whether cubes hold less than half of what a closed piece of a mesh would, by their middles.
+bool leave_hollow(const geometry::Cubes& cubes, const TriMesh& piece, double volume)
 {
-    const geometry::WoundOut wound = geometry::wound_out(mesh);
+    const geometry::TriangleBvh tree(piece);
+    const geometry::Box box = geometry::bounds(piece);
+    double held = 0;
+    for (std::size_t c = 0; c < cubes.count(); ++c) {
+        const geometry::Vec3 middle =
+            cubes.origin + cubes.size * (cubes.cell[c].cast<double>().array() + 0.5).matrix();
+        if ((middle.array() < box.lo.array()).any() || (middle.array() > box.hi.array()).any()) {
+            continue;
+        }
+        if (tree.inside(middle)) held += cubes.fill[c];
+    }
+    return held * std::pow(cubes.size, 3) < 0.5 * std::abs(volume);
+}
+
+// Turns over closed pieces that are wound as the ones that they lie in, where cubes made by parity
+// leave them hollow.
+void turn_hollows(const geometry::Cubes& cubes, TriMesh mesh, std::vector<Triangle>& triangles)
+{
+    if (cubes.is_sheet()) return;
+    auto topology = std::make_shared<geometry::MeshTopology>();
+    topology->triangles = triangles;
+    mesh.topology = std::move(topology);
+    const geometry::Pieces pieces = geometry::find_pieces(mesh);
+    std::vector<geometry::SplitMesh> parts;
+    for (const geometry::NestedPiece& nested : geometry::nested_pieces(mesh, pieces)) {
+        if (!geometry::is_wound_as_around(pieces, nested)) continue;
+        if (parts.empty()) parts = geometry::split(mesh, pieces.of, pieces.count());
+        const geometry::SplitMesh& part = parts[nested.piece];
+        if (!leave_hollow(cubes, part.mesh, pieces.volume[nested.piece])) continue;
+        for (const auto t : part.faces) std::swap(triangles[t][1], triangles[t][2]);
+    }
+}
+
+// The faces of the mesh, or of that name, wound outwards.
+std::vector<Triangle> chosen_faces(const geometry::Cubes& cubes, const TriMesh& mesh,
+                                   const std::string& name, PressOn& out)
+{
+    geometry::WoundOut wound = geometry::wound_out(mesh);
+    turn_hollows(cubes, mesh, wound.triangles);
     out.turned = wound.turned, out.one_way = wound.one_way;
     std::vector<Triangle> faces;
     const auto take = [&](std::size_t t) {
@@ -118,7 +160,7 @@ PressOn press_on(const geometry::Cubes& cubes, const TriMesh& mesh, const std::s
                                     "plane: use Voxelize or Sheet, or Force with kind = wind");
     }
     PressOn out;
-    std::vector<Triangle> faces = chosen_faces(mesh, name, out);
+    std::vector<Triangle> faces = chosen_faces(cubes, mesh, name, out);
     TriMesh nodes;
     nodes.positions = mesh.positions;
     const double longest = longest_pressed(cubes);

@@ -7,7 +7,8 @@
 // is longer than the longest of its cells. Faces that meet keep meeting: a closed mesh makes a
 // closed surface, which neither pushes nor turns a body as a whole.
 //
-// Which way is out, the mesh's winding says, mended as in geometry/mesh/wound_out.hpp.
+// Which way is out, the mesh's winding says, mended as in geometry/mesh/wound_out.hpp; of a closed
+// piece within another the cubes say whether it is a hollow.
 
 #include "geometry/cubes/cubes.hpp"
 #include "geometry/mesh/mesh_fwd.hpp"

@@ -176,6 +176,22 @@ TEST(BodyCard, TheVolumeOfPartsThatOverlapIsNoMeasureForCubesThatHoldThemOnce)
     EXPECT_NEAR(told(0.25f, false).all[2].of, 0.125, 1e-6);
 }
 
+// A box of 1 m^3 with one of 1/8 m^3 within, both wound outwards: a hollow by parity alone.
+TEST(BodyCard, APartWithinAnotherIsAHollowByParity)
+{
+    const geometry::TriMesh outer = geometry::box({1, 1, 1}, {1, 1, 1}),
+                            inner = geometry::box({0.5, 0.5, 0.5}, {1, 1, 1});
+    const std::array<const geometry::TriMesh*, 2> both{&outer, &inner};
+    const geometry::TriMesh mesh = geometry::merge(both);
+    const geometry::Cubes cubes = geometry::voxelize_solid(
+        mesh, geometry::FaceMatter{{}, {geometry::Matter{}}, {}}, geometry::Inside::parity, 0,
+        {0.125, {-0.5, -0.5, -0.5}, geometry::Vec3i::Zero()}, {});
+    const graph::Figures told = nodes::body_figures(&mesh, cubes, true, 1, true, 0, true);
+    EXPECT_NEAR(told.all[2].value, 0.875, 1e-6);
+    EXPECT_NEAR(told.all[2].of, 0.875, 1e-6);
+    EXPECT_NE(told.all.back().name, graph::overlapping_parts);
+}
+
 // A box with a face listed twice, and one with every face so: the cubes are those of the box, and
 // so is what they are compared with. A box of two sides without a lid encloses nothing.
 TEST(BodyCard, ComparesWithTheFacesThatTheCubesAreMadeOf)
