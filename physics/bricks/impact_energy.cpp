@@ -78,9 +78,10 @@ std::vector<double> work_of_colliders(const Stage& stage, const PushedGroups& gr
                                       const Aligned<double>& x)
 {
     std::vector<double> out(groups.of.size(), 0);
+    const Aligned<double> v = mean_velocities(stage);
     for (const PlaneTouch& touch : stage.holds) {
         if (touch.drift.isZero(0)) continue;
-        for (const PointContact& c : press({touch}, x.data(), stage.w.data(), stage.tau, 0)) {
+        for (const PointContact& c : press({touch}, x.data(), v.data(), stage.tau, 0)) {
             const auto part = stage.frame.body.part_of(touch.corners[0]);
             out[groups.of[part]] += stage.tau * c.force.dot(touch.drift);
         }

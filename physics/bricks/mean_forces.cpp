@@ -58,7 +58,8 @@ MeanForces forces_of_pins(const Stage& stage, const StepRecord& record, const Al
 MeanForces forces_of_stage(const Stage& stage, const StepRecord& record)
 {
     MeanForces out = forces_of_pins(stage, record, stage.x);
-    const StepEnd at{stage.x0.data(), stage.x.data(), stage.tau};
+    const Aligned<double>& x0 = stage.rigid.none() ? stage.x0 : stage.began;
+    const StepEnd at{x0.data(), stage.x.data(), stage.tau};
     out.grips = grips_of(stage.touches, at);
     out.holds = grips_of(stage.holds, at);
     return out;

@@ -349,14 +349,31 @@ bool firm_up(Stage& stage, const Aligned<double>& before)
     return firm_up(stage.touches, firming) || holds;
 }
 
+Aligned<double> mean_velocities(const Stage& stage)
+{
+    Aligned<double> out = stage.w;
+    for (std::size_t i = 0; i < stage.rigid.count(); ++i) {
+        for (const auto slot : stage.rigid.corners(i)) {
+            for (std::size_t at = 4 * std::size_t{slot}; at < 4 * std::size_t{slot} + 3; ++at) {
+                out[at] += (stage.x0[at] - stage.began[at]) / stage.tau;
+            }
+        }
+    }
+    return out;
+}
+
 std::vector<PointContact> touching(const Stage& stage)
 {
     constexpr double nearly = 0.95;  // the derivative itself may leave a slip with no resistance
     const double tangent = stage.wary ? nearly : 0;
-    auto out = press(stage.holds, stage.x.data(), stage.w.data(), stage.tau, tangent);
+    const bool touches = !stage.holds.empty() || !stage.touches.empty();
+    const bool arcs = touches && !stage.rigid.none();
+    const Aligned<double> mean = arcs ? mean_velocities(stage) : Aligned<double>();
+    const double* const v = arcs ? mean.data() : stage.w.data();
+    auto out = press(stage.holds, stage.x.data(), v, stage.tau, tangent);
     add_joints(stage, stage.x, out);
     if (stage.touches.empty()) return out;
-    const auto parts = press(stage.touches, stage.x.data(), stage.w.data(), stage.tau, tangent);
+    const auto parts = press(stage.touches, stage.x.data(), v, stage.tau, tangent);
     out.insert(out.end(), parts.begin(), parts.end());
     return out;
 }

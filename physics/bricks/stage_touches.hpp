@@ -38,6 +38,9 @@ bool find_touches(Stage& stage, Known known = Known::renewed);
 // Where a round has taken what it pressed at `before` too deep, the next one presses harder.
 // Returns whether it does.
 bool firm_up(Stage& stage, const Aligned<double>& before);
+// m/s, of corners from where the stage began to x. Those of rigid parts go along arcs, and are at w
+// at its end alone: friction that took w for the whole way would draw a part that turns together.
+Aligned<double> mean_velocities(const Stage& stage);
 // The contacts of x, w, of what find_touches() found, and the joints.
 std::vector<PointContact> touching(const Stage& stage);
 // The contacts that w would lead to. The stage stays as it is.

@@ -388,6 +388,35 @@ TEST(RigidBodies, TakeFewIterationsOnAStiffBoard)
     EXPECT_LT(iterations, 1500);
 }
 
+// Boxes on each other half a metre from the axis of a plane that turns at 2 rad/s, which takes half
+// of the friction there is.
+TEST(RigidBodies, StayWhereTheyAreOnATurningPlane)
+{
+    const Vec3 spin(0, 2, 0);
+    const BricksBody body = rigid_body(
+        {box_at({0.45, 0, -0.05}, 2, 2, 2, 0.05), box_at({0.45, 0.1, -0.05}, 2, 2, 2, 0.05)},
+        {1, 1}, {.friction = 0.4});
+    Loads loads;
+    loads.forces.push_back({});
+    Collider& plane = loads.colliders.emplace_back();
+    plane.friction = 0.4;
+    State state = rest_state(body);
+    for (std::size_t k = 0; k < state.x.size(); ++k) state.v[k] = spin.cross(state.x[k]);
+    for (int frame = 1; frame <= 96; ++frame) {
+        plane.before = plane.pose;
+        plane.pose = Eigen::AngleAxisd(2 * frame * frame_seconds, Vec3::UnitY());
+        state = advance(body, state, loads, frame_seconds);
+    }
+    const std::size_t half = state.x.size() / 2;
+    for (const std::size_t first : {std::size_t{0}, half}) {
+        Vec3 centre = Vec3::Zero();
+        for (std::size_t k = first; k < first + half; ++k) {
+            centre += state.x[k] / static_cast<double>(half);
+        }
+        EXPECT_NEAR(std::hypot(centre.x(), centre.z()), 0.5, 1e-3);
+    }
+}
+
 // By its corners' masses and what bricks have between them.
 geometry::MassProperties mass_of(const BricksBody& body)
 {
