@@ -1,7 +1,6 @@
 #include "physics/body/corner_body.hpp"
 
 #include "geometry/cubes/components.hpp"
-#include "physics/body/shapes_on_demand.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -158,14 +157,6 @@ CornerBody make_corner_body(const geometry::Cubes& cubes, std::vector<std::uint3
                             const geometry::TriMesh* surface, bool tears)
 {
     return make_body({cubes, surface}, std::move(slot), tears);
-}
-
-std::size_t CornerBody::bytes() const
-{
-    const auto of = [](const auto&... v) { return ((v.size() * sizeof(v[0])) + ...); };
-    return sizeof *this + of(slot, mass, mass_damping, part, part_edge, rest) + skin.bytes() +
-           (shapes ? shapes->bytes() : 0) + (sheets ? sheets->bytes() : 0) +
-           (outlines ? outlines->bytes() : 0);
 }
 
 Aligned<double> by_slot(const CornerBody& body, const std::vector<Vec3>& x)

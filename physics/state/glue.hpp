@@ -3,7 +3,11 @@
 // Glue: parts that are kept together wherever their cubes touch or overlap, by the corners of one
 // in cubes of the other, as tied contact does with the vertices of the finer mesh.
 
-#include "physics/state/part_joint.hpp"
+#include "geometry/cubes/cubes.hpp"
+#include "physics/state/loads.hpp"
+
+#include <memory>
+#include <span>
 
 namespace physics {
 
