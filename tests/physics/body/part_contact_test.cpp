@@ -96,6 +96,10 @@ TEST(PartShapes, APartHasItsOwnClosedTrianglesOrTheOutsideOfItsCubes)
     EXPECT_TRUE(shapes.shape[1].inside(Vec3(0.55, 0.01, 0.01)));
 }
 
+// The points of the face of a cube between which its edges are cut in two, near the corners of
+// eight triangles and taken together by quarters, and two of the face below that lie under it.
+constexpr std::size_t points_of_face = 18 + 2;
+
 TEST(PartContact, NothingTouchesAtRest)
 {
     EXPECT_TRUE(TwoBlocks().contacts().empty());
@@ -107,8 +111,7 @@ TEST(PartContact, TheDepthIsThatOfThePointInTheOtherPart)
     TwoBlocks two;
     two.move(true, [](const Vec3& p) { return Vec3(p - Vec3(0.03, 0.203, 0.04)); });
     const auto contacts = two.contacts();
-    // Two triangles with three points each, and two points of the face below that lie under it.
-    ASSERT_EQ(contacts.size(), 8u);
+    ASSERT_EQ(contacts.size(), points_of_face);
     for (const PointContact& c : contacts) {
         EXPECT_EQ(c.count, 16u);
         EXPECT_NEAR(2 * c.energy / c.force.norm(), 0.003, 1e-6);
@@ -137,7 +140,7 @@ TEST(PartContact, TheDepthTurnsAndStretchesWithTheOtherPart)
     two.move(true, [&](const Vec3& p) { return Vec3(f * (p - Vec3(0.03, 0.203, 0.04))); });
     two.move(false, [&](const Vec3& p) { return Vec3(f * p); });
     const auto contacts = two.contacts();
-    ASSERT_EQ(contacts.size(), 8u);
+    ASSERT_EQ(contacts.size(), points_of_face);
     for (const PointContact& c : contacts) {
         EXPECT_NEAR(2 * c.energy / c.force.norm(), 1.5 * 0.003, 1e-6);
         EXPECT_NEAR(std::abs(c.force.normalized().dot(up)), 1, 1e-6);
@@ -177,7 +180,7 @@ TEST(PartContact, PointsThatMayComeToAFaceAreFoundBeforeTheyDo)
     const auto pairs = near_parts(two.shapes, two.x.data(), two.v.data(), 0.01);
     const auto touches =
         find_part_touches(two.shapes, pairs, two.x.data(), two.v.data(), 0.01, Look::ahead);
-    ASSERT_EQ(touches.size(), 8u);
+    ASSERT_EQ(touches.size(), points_of_face);
     for (const PlaneTouch& touch : touches) {
         EXPECT_NEAR(touch.gap(two.x.data()), 0.01, 1e-6);
         EXPECT_NEAR(std::abs(touch.normal.y()), 1, 1e-9);
@@ -186,7 +189,7 @@ TEST(PartContact, PointsThatMayComeToAFaceAreFoundBeforeTheyDo)
     // Both planes go with the corners.
     two.move(true, [](const Vec3& p) { return Vec3(p - Vec3(0, 0.013, 0)); });
     for (const PlaneTouch& touch : touches) EXPECT_NEAR(touch.gap(two.x.data()), -0.003, 1e-6);
-    EXPECT_EQ(press(touches, two.x.data(), two.v.data(), 0.01, 0).size(), 8u);
+    EXPECT_EQ(press(touches, two.x.data(), two.v.data(), 0.01, 0).size(), points_of_face);
 }
 
 // The upper block 0.6 cubes above the lower one. What comes to within 0.3 cubes in a step of 0.01 s
@@ -204,7 +207,7 @@ TEST(PartContact, PointsAreFoundAheadWhereTheyComeNearAFace)
         return find_part_touches(two.shapes, pairs, two.x.data(), two.v.data(), 0.01, Look::ahead)
             .size();
     };
-    EXPECT_EQ(found({0, -5, 0}), 8u);
+    EXPECT_EQ(found({0, -5, 0}), points_of_face);
     EXPECT_EQ(found({0, -2, 0}), 0u);
     EXPECT_EQ(found({5, 0, 0}), 0u);
     EXPECT_EQ(found({0, 5, 0}), 0u);
@@ -220,7 +223,7 @@ TEST(PartContact, PointsThatAreKnownToTouchAPartAreNotLookedAt)
                                  known);
     };
     const auto all = found({});
-    ASSERT_EQ(all.size(), 8u);
+    ASSERT_EQ(all.size(), points_of_face);
     EXPECT_TRUE(found(all).empty());
     // All but the fourth; it comes back to its place, with the plane that it had.
     auto known = all;
@@ -230,8 +233,8 @@ TEST(PartContact, PointsThatAreKnownToTouchAPartAreNotLookedAt)
     EXPECT_EQ(again[0].point, all[3].point);
     EXPECT_EQ(again[0].offset, all[3].offset);
     EXPECT_TRUE(add_found(known, again, two.x.data(), 0.001));  // 3 mm deep
-    ASSERT_EQ(known.size(), 8u);
-    for (std::size_t i = 0; i < 8; ++i) EXPECT_EQ(known[i].point, all[i].point);
+    ASSERT_EQ(known.size(), points_of_face);
+    for (std::size_t i = 0; i < points_of_face; ++i) EXPECT_EQ(known[i].point, all[i].point);
 }
 
 // Two blocks of one width, one pressed 2 cm into the other: points of their sides lie in the other
