@@ -20,9 +20,9 @@ namespace {
 void read_given_variables(Loading& loading, Document& document, const Json* json,
                           const std::string& file)
 {
-    std::map<std::string, double, std::less<>> given(loading.options.variables.begin(),
-                                                     loading.options.variables.end());
-    read_variables(loading, document, json, given);
+    std::map<std::string, double, std::less<>> given;
+    for (const auto& [name, value] : loading.options.variables) given.insert_or_assign(name, value);
+    loading.variables = read_variables(loading, document, json, given);
     for (const auto& [name, value] : given) {
         Problem p =
             problem_at({file, 0, 0}, fmt::format("the document declares no variable '{}'", name));

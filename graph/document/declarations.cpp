@@ -60,21 +60,22 @@ FrameRange read_frames(Loading& loading, const Json* json)
     return range;
 }
 
-void read_variables(Loading& loading, Document& document, const Json* json,
-                    std::map<std::string, double, std::less<>>& given)
+Variables read_variables(Loading& loading, Document& document, const Json* json,
+                         std::map<std::string, double, std::less<>>& given)
 {
+    Variables all;
     auto grammar = std::make_shared<Grammar>();
     grammar->define("fps", loading.graph.range.fps);
     for (Origin* origin : document.origins) origin->grammar = grammar;
-    if (!json) return;
+    if (!json) return all;
     if (!json->object()) {
         loading.problems.add(wrong(*json, "an object of numbers, { \"scale\": 0.02 }"));
-        return;
+        return all;
     }
     if (json->object()->size() > most_variables) {
         loading.problems.add(
             problem_at(json->place(), fmt::format("more than {} variables", most_variables)));
-        return;
+        return all;
     }
     for (const Member& member : *json->object()) grammar->announce(member.key);
     for (const Member& member : *json->object()) {
@@ -87,15 +88,16 @@ void read_variables(Loading& loading, Document& document, const Json* json,
             continue;
         }
         const auto found = given.find(member.key);
-        if (found != given.end()) {
-            grammar->define(found->first, found->second);
-            given.erase(found);
-        } else {
-            // After a report any number will do.
-            grammar->define(member.key,
-                            read_number(member.value, "a number", loading.problems).value_or(1));
-        }
+        // After a report any number will do.
+        const double value =
+            found != given.end()
+                ? found->second
+                : read_number(member.value, "a number", loading.problems).value_or(1);
+        if (found != given.end()) given.erase(found);
+        grammar->define(member.key, value);
+        all.emplace_back(member.key, value);
     }
+    return all;
 }
 
 std::vector<Declaration> declare_nodes(Json& root, const std::string& prefix, Problems& problems)

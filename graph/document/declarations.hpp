@@ -10,9 +10,9 @@ namespace graph {
 FrameRange read_frames(Loading& loading, const Json* json);
 
 // Gives the document's origins the member "variables" as a grammar; those in `given` replace its
-// own and are taken out of there.
-void read_variables(Loading& loading, Document& document, const Json* json,
-                    std::map<std::string, double, std::less<>>& given);
+// own and are taken out of there. Returns all with their values.
+Variables read_variables(Loading& loading, Document& document, const Json* json,
+                         std::map<std::string, double, std::less<>>& given);
 
 // Moves the nodes out of the document's tree.
 std::vector<Declaration> declare_nodes(Json& root, const std::string& prefix, Problems& problems);

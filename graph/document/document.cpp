@@ -55,7 +55,9 @@ Loaded load_text(std::string text, const fs::path& file, const Registry& registr
     sort_or_report_loops(loading);
     const bool failed = loading.problems.has_errors();
     loaded.problems = loading.problems.take();
-    if (!failed) loaded.graph = std::move(loading.graph);
+    if (failed) return loaded;
+    loaded.graph = std::move(loading.graph);
+    loaded.variables = std::move(loading.variables);
     return loaded;
 }
 

@@ -18,6 +18,8 @@ struct Loaded {
     Graph graph;  // empty when there are errors
     std::vector<Problem> problems;
 
+    Variables variables;  // of the document; empty when there are errors
+
     bool ok() const { return !has_errors(problems); }
 };
 

@@ -23,12 +23,15 @@ struct Override {
 // Throws std::invalid_argument unless `text` reads node.parameter=value.
 Override parse_override(std::string_view text);
 
+// Variables of a document and their values.
+using Variables = std::vector<std::pair<std::string, double>>;
+
 struct LoadOptions {
     // Nothing outside may be read. Empty: project_root() of the document.
     std::filesystem::path root = {};
     bool allow_outside = false;
     std::vector<Override> sets = {};
-    std::vector<std::pair<std::string, double>> variables = {};  // in place of the document's own
+    Variables variables = {};  // in place of the document's own; of two of a name the later
     std::size_t max_bytes = std::size_t{64} << 20;
     int max_depth = 64;  // of brackets
     int max_frames = 1'000'000;

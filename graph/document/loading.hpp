@@ -19,6 +19,7 @@
 #include "graph/document/expression.hpp"
 #include "graph/document/graph.hpp"
 #include "graph/document/json.hpp"
+#include "graph/document/load_options.hpp"
 #include "graph/document/path_rules.hpp"
 #include "graph/document/problem.hpp"
 
@@ -38,7 +39,6 @@
 namespace graph {
 
 class Registry;
-struct LoadOptions;
 
 // A document with those that it extends: one set of variables and names.
 struct Document {
@@ -86,6 +86,8 @@ struct Loading {
     std::vector<std::string_view> names = {};                      // of nodes and subgraphs
     std::size_t compared = 0;                                      // names, for all suggestions
     std::map<std::string, std::vector<std::string>> outputs = {};  // by wire type: "node.output"
+
+    Variables variables = {};  // of the main document
 };
 
 }  // namespace graph

@@ -7,8 +7,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
-#include <cmath>
 #include <ostream>
 
 namespace runtime {
@@ -16,24 +14,6 @@ namespace runtime {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::pair<std::string, double> parse_variable(const std::string& text)
-{
-    const std::size_t equals = text.find('=');
-    double value = 0;
-    const char* const end = text.data() + text.size();
-    const char* const begin = equals < text.size() ? text.data() + equals + 1 : end;
-    const auto [stop, error] = std::from_chars(begin, end, value);
-    if (equals == 0 || stop != end || (error != std::errc() && begin == stop)) {
-        throw std::invalid_argument(fmt::format("--var: expected name=number, found '{}'", text));
-    }
-    // Beyond the largest double, or nearer to 0 than the smallest: from_chars leaves 0 for both.
-    if (error != std::errc() || !std::isfinite(value)) {
-        throw std::invalid_argument(fmt::format(
-            "--var: expected a number between 1e-307 and 1e308 in size, or 0, found '{}'", text));
-    }
-    return {text.substr(0, equals), value};
-}
 
 std::uint32_t find_node(const graph::Graph& graph, const std::string& name)
 {

@@ -115,7 +115,8 @@ void add_farm_command(const CommandSet& set)
         ->type_name("FILE")
         ->needs(plan);
     add_repeatable(*app, "--vary", farm->vary,
-                   "Parameter and its values, each combination a cook of its own; repeatable",
+                   "Parameter or variable and its values, each combination a cook of its own; "
+                   "repeatable",
                    "NODE.PARAM=A,B,C");
     app->add_option("--task-seconds", farm->task_seconds,
                     "Work of a task that can be cut anywhere (default: 30)")

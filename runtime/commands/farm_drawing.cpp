@@ -302,7 +302,9 @@ std::string band_svg(const Layout& layout, const Band& band)
     out += rectangle(16, band.y + 17, 90, 8, R"(fill="#ffffff" stroke="#777777")");
     out += rectangle(16, band.y + 17, 90 * share, 8, R"(fill="#777777")");
     out += text_at(112, band.y + 25, fmt::format("{} of {} cached", shot.held, shot.results), grey);
-    std::string note = fmt::format("{}", fmt::join(shot.sets, " "));
+    std::vector<std::string> settings = shot.sets;
+    settings.insert(settings.end(), shot.variables.begin(), shot.variables.end());
+    std::string note = fmt::format("{}", fmt::join(settings, " "));
     if (!shot.measured) note = note.empty() ? "not measured: 1 s a frame" : note + ", not measured";
     return out + text_at(16, band.y + 38, shortened(note, 36), grey);
 }

@@ -305,7 +305,7 @@ Words words_of(const FarmJob& job, const FarmTask& task)
         words.insert(words.end(), {"--frames", frames_text(task.frames)});
     }
     add_each(words, "--set", sweep ? job.request.sets : shot.sets);
-    add_each(words, "--var", job.request.variables);
+    add_each(words, "--var", sweep ? job.request.variables : shot.variables);
     if (!job.request.root.empty()) {
         words.insert(words.end(), {"--root", fs::absolute(job.request.root).string()});
     }

@@ -89,7 +89,8 @@ bool add_shots(Planning& planning, const std::string& file, const std::vector<Se
     for (std::size_t i = 0; i < settings.size(); ++i) {
         CookRequest request = planning.request;
         for (const graph::Override& s : settings[i]) {
-            request.sets.push_back(s.target + '=' + s.value);
+            auto& those = is_variable(s.target) ? request.variables : request.sets;
+            those.push_back(s.target + '=' + s.value);
         }
         auto graph = load(file, request, planning.registry, planning.console);
         if (!graph) return false;
@@ -97,7 +98,7 @@ bool add_shots(Planning& planning, const std::string& file, const std::vector<Se
         Shot shot;
         shot.name = fs::path(file).stem().string();
         shot.file = fs::absolute(file).lexically_normal().string();
-        shot.sets = request.sets;
+        shot.sets = request.sets, shot.variables = request.variables;
         fs::path folder = output_folder(*graph, planning.request);
         if (settings.size() > 1) {
             const std::string number = fmt::format("{:03}", i + 1);
@@ -278,6 +279,7 @@ std::string plan_json(const Cut& cut)
         json["shots"].push_back({{"name", s.name},
                                  {"file", s.file},
                                  {"set", s.sets},
+                                 {"var", s.variables},
                                  {"folder", s.folder.string()},
                                  {"results", s.results},
                                  {"held", s.held},
@@ -317,6 +319,7 @@ Cut cut_from(const std::string& text)
         shot.name = s.at("name").get<std::string>();
         shot.file = s.at("file").get<std::string>();
         shot.sets = s.at("set").get<std::vector<std::string>>();
+        shot.variables = s.value("var", std::vector<std::string>());
         shot.folder = s.at("folder").get<std::string>();
         shot.measured = s.at("measured").get<bool>();
         shots[shot.name] = static_cast<std::uint32_t>(cut.shots.size());

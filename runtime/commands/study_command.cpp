@@ -26,8 +26,10 @@ double reference_number(const std::string& text)
     const char* const end = text.data() + text.size();
     const auto [stop, error] = std::from_chars(text.data(), end, value);
     if (error == std::errc{} && stop == end && std::isfinite(value)) return value;
-    throw std::invalid_argument(
-        fmt::format("expected a number or node.parameter=value for --reference, found '{}'", text));
+    throw std::invalid_argument(fmt::format(
+        "expected a number, node.parameter=value or variable=value for --reference, found "
+        "'{}'",
+        text));
 }
 
 // "; tip.value 0.31, mass.value 2.1 (error 0.02)": of the numbers at the last frame, and the errors
@@ -77,7 +79,7 @@ StudyOptions options_of(const fs::path& file, const fs::path& folder, const Cook
         if (wanted.reference.find('=') == std::string::npos) {
             options.exact = reference_number(wanted.reference);
         } else {
-            options.reference = Settings{graph::parse_override(wanted.reference)};
+            options.reference = Settings{parse_setting(wanted.reference)};
         }
     }
     options.cook.threads = request.threads;
@@ -136,8 +138,8 @@ void add_study_command(const CommandSet& set)
     add_loading_options(*study_app, set.request);
     add_cooking_options(*study_app, set.request);
     add_out(*study_app, set.request);
-    add_repeatable(*study_app, "--vary", wanted->vary, "Parameter and its values; repeatable",
-                   "NODE.PARAM=A,B,C")
+    add_repeatable(*study_app, "--vary", wanted->vary,
+                   "Parameter or variable and its values; repeatable", "NODE.PARAM=A,B,C")
         ->required();
     add_repeatable(*study_app, "--measure", wanted->measures,
                    "Output to compare: a number or a mesh; repeatable, the first one decides",
@@ -145,7 +147,8 @@ void add_study_command(const CommandSet& set)
         ->required();
     study_app
         ->add_option("--reference", wanted->reference,
-                     "Reference: a number, or node.param=value (default: the last combination)")
+                     "Reference: a number, node.param=value or variable=value (default: the last "
+                     "combination)")
         ->type_name("VALUE");
     study_app
         ->add_option("--look", wanted->look, "Picture for the sheet (default: the graph's first)")

@@ -204,8 +204,8 @@ void add_sweep_command(const CommandSet& set)
     CLI::App* sweep_app = set.app.add_subcommand(
         "sweep", "Cooks every combination of settings; writes a picture sheet and a table");
     add_file(*sweep_app, set.request);
-    add_repeatable(*sweep_app, "--vary", swept->vary, "Parameter and its values; repeatable",
-                   "NODE.PARAM=A,B,C")
+    add_repeatable(*sweep_app, "--vary", swept->vary,
+                   "Parameter or variable and its values; repeatable", "NODE.PARAM=A,B,C")
         ->required();
     sweep_app->add_option("--frame", set.request.frames, "Same as --frames")
         ->type_name("N")

@@ -20,8 +20,8 @@ constexpr double share_of_size = 0.7;
 
 // A number of the graph that is tuned: halved spacings are half the value, or twice a count.
 struct Dial {
-    std::string target;
-    double value = 0;  // in the document
+    std::string target;  // a parameter, or a variable of the document
+    double value = 0;    // in the document
     bool counts = false;
     double least = -infinity, most = infinity;
     std::string cubes;  // the node's output "cubes" as node.port; empty: it has none
@@ -44,6 +44,23 @@ std::optional<double> number_of(const graph::Node& node, const graph::ParamValue
     if (const auto* number = std::get_if<double>(&value.is)) return *number;
     if (const auto* count = std::get_if<std::int64_t>(&value.is)) return double(*count);
     return std::nullopt;
+}
+
+// The numbers among some parameters of a node, blocks included, at a frame.
+void add_numbers(const graph::Node& node, const std::vector<graph::Param>& params,
+                 const graph::ParamValues& values, std::vector<std::uint32_t> where, int frame,
+                 std::vector<std::pair<const graph::Param*, double>>& numbers)
+{
+    where.push_back(0);
+    for (std::size_t i = 0; i < params.size() && i < values.size(); ++i) {
+        where.back() = static_cast<std::uint32_t>(i);
+        const auto* const nested = std::get_if<graph::ParamValues>(&values[i].is);
+        if (nested && params[i].kind == graph::ParamKind::block) {
+            add_numbers(node, params[i].children, *nested, where, frame, numbers);
+        } else if (const auto number = number_of(node, values[i], where, frame)) {
+            numbers.emplace_back(&params[i], *number);
+        }
+    }
 }
 
 // A parameter of a node, and its value in the document.
@@ -85,6 +102,12 @@ bool is_set(const graph::Node& node, const std::string& path, std::string_view v
     return text && *text == value;
 }
 
+bool makes_cubes(const graph::NodeType& type)
+{
+    return std::any_of(type.outputs.begin(), type.outputs.end(),
+                       [](const graph::OutputPort& o) { return o.name == "cubes"; });
+}
+
 std::optional<Dial> dial_of(const graph::Graph& graph, const graph::Node& node,
                             const std::string& path)
 {
@@ -94,12 +117,41 @@ std::optional<Dial> dial_of(const graph::Graph& graph, const graph::Node& node,
     if (!number) return std::nullopt;
     const bool whole = found.param->kind == graph::ParamKind::integer;
     if (whole && *number == 0) return std::nullopt;  // the node chooses a number itself
-    const auto& outputs = node.type->outputs;
-    const bool cubes = std::any_of(outputs.begin(), outputs.end(),
-                                   [](const graph::OutputPort& o) { return o.name == "cubes"; });
     const graph::Limits& limits = found.param->limits;
-    return Dial{node.name + "." + path,           *number, whole, limits.min, limits.max,
-                cubes ? node.name + ".cubes" : ""};
+    return Dial{node.name + "." + path,
+                *number,
+                whole,
+                limits.min,
+                limits.max,
+                makes_cubes(*node.type) ? node.name + ".cubes" : ""};
+}
+
+// What follows a variable is found by the numbers of the graph once the variable is `factor` times
+// its value.
+Dial following(const graph::Graph& graph, const graph::Graph& other, const std::string& name,
+               double value, double factor)
+{
+    Dial dial{name, value, false, -infinity, infinity, ""};
+    const int frame = graph.range.first;
+    for (std::size_t n = 0; n < std::min(graph.nodes.size(), other.nodes.size()); ++n) {
+        const graph::Node &before = graph.nodes[n], &after = other.nodes[n];
+        if (before.type != after.type) continue;
+        std::vector<std::pair<const graph::Param*, double>> was, is;
+        add_numbers(before, before.type->params, before.params, {}, frame, was);
+        add_numbers(after, after.type->params, after.params, {}, frame, is);
+        for (std::size_t i = 0; i < std::min(was.size(), is.size()); ++i) {
+            if (was[i].second == is[i].second) continue;
+            if (dial.cubes.empty() && makes_cubes(*before.type)) {
+                dial.cubes = before.name + ".cubes";
+            }
+            if (was[i].second != value || is[i].second != factor * value) continue;
+            const graph::Param& param = *was[i].first;
+            dial.counts |= param.kind == graph::ParamKind::integer;
+            dial.least = std::max(dial.least, param.limits.min);
+            dial.most = std::min(dial.most, param.limits.max);
+        }
+    }
+    return dial;
 }
 
 constexpr auto size_path = "size", steps_path = "step.substeps", step_error_path = "step.error";
@@ -134,6 +186,17 @@ std::optional<Dial> find_dial(const graph::Graph& graph, const std::string& give
             fmt::format("expected a number for {}, found no such parameter '{}'", option, given));
     }
     return found.empty() ? std::nullopt : std::optional(found[0]);
+}
+
+// "cubes" of "cubes.cubes".
+std::string node_of(const std::string& wire)
+{
+    return wire.substr(0, wire.find('.'));
+}
+
+bool is_name_of_variable(const std::string& given)
+{
+    return !given.empty() && is_variable(given);
 }
 
 // A node that chooses the size by itself would do so whatever is tried.
@@ -232,9 +295,14 @@ public:
 
     Tuning run()
     {
-        const graph::Graph graph = load_with(file_, registry_, options_.sweep.load, {}).graph;
-        const auto size = find_size(graph, options_.size);
-        const auto steps = find_steps(graph, options_.steps);
+        const graph::Loaded loaded = load_with(file_, registry_, options_.sweep.load, {});
+        const graph::Graph& graph = loaded.graph;
+        const auto size = is_name_of_variable(options_.size)
+                              ? std::optional(find_variable(loaded, options_.size, "--size"))
+                              : find_size(graph, options_.size);
+        const auto steps = is_name_of_variable(options_.steps)
+                               ? std::optional(find_variable(loaded, options_.steps, "--steps"))
+                               : find_steps(graph, options_.steps);
         if (!size && !steps) {
             throw std::invalid_argument(
                 fmt::format("{} has neither a Voxelize node nor steps to tune: name a parameter "
@@ -244,9 +312,8 @@ public:
         if (options_.sweep.measures.empty()) measures_ = measures_of(graph);
         out_.reached = true;
         if (size) turn(*size, steps ? share_of_size * options_.error : options_.error, true);
-        if (!size || !are_filled(graph, size->target.substr(0, size->target.find('.')))) {
-            out_.filled = 0;
-        }
+        out_.filled_node = size ? node_of(size->cubes) : "";
+        if (!are_filled(graph, out_.filled_node)) out_.filled = 0;
         const double left =
             std::max(options_.error - out_.error, (1 - share_of_size) * options_.error);
         if (steps && !out_.cancelled) turn(*steps, left, false);
@@ -254,6 +321,45 @@ public:
     }
 
 private:
+    Dial find_variable(const graph::Loaded& loaded, const std::string& name,
+                       const std::string& option) const
+    {
+        std::vector<std::string_view> names;
+        for (const auto& [known, value] : loaded.variables) {
+            names.emplace_back(known);
+            if (known != name) continue;
+            if (value == 0) {
+                throw std::invalid_argument(
+                    fmt::format("expected a number other than 0 for {}, found the variable '{}'",
+                                option, name));
+            }
+            Dial dial = dial_of_variable(loaded, name, value);
+            if (!dial.cubes.empty()) need_size_by_hand(loaded.graph, node_of(dial.cubes));
+            return dial;
+        }
+        const std::string near = graph::suggest(name, names);
+        throw std::invalid_argument(
+            fmt::format("expected node.parameter or a variable for {}, found no such variable "
+                        "'{}'{}{}",
+                        option, name, near.empty() ? "" : "; ", near));
+    }
+
+    // Twice the value may be beyond what the graph allows, half of it, too.
+    Dial dial_of_variable(const graph::Loaded& loaded, const std::string& name, double value) const
+    {
+        for (const double factor : {2.0, 0.5}) {
+            try {
+                const Settings settings{{name, fmt::format("{:.17g}", factor * value)}};
+                const graph::Loaded other =
+                    load_with(file_, registry_, options_.sweep.load, settings);
+                return following(loaded.graph, other.graph, name, value, factor);
+            } catch (const std::invalid_argument&) {
+                continue;
+            }
+        }
+        return {name, value, false, -infinity, infinity, ""};
+    }
+
     // Tries settings of a dial until the coarsest that is good enough is known.
     void turn(const Dial& dial, double wanted, bool cubes)
     {

@@ -28,7 +28,7 @@ Limit limit_of(const std::array<double, 3>& values);
 
 struct TuneOptions {
     double error = 0.05;      // relative
-    std::string size, steps;  // node.param; empty: found in the graph
+    std::string size, steps;  // node.param, or a variable; empty: found in the graph
     int most = 6;             // settings of a parameter
     double most_cubes = 1e6;
     SweepOptions sweep;  // measures, frames; empty measures: those of Measure nodes
@@ -54,8 +54,10 @@ struct Tuning {
     Settings recommended;
     double error = 0;    // of it, estimated
     double seconds = 0;  // that it took
-    // Cubes of it, where they are solids with stiffness = filled; 0: others, or unknown.
+    // Cubes of it, where they are solids with stiffness = filled, and their node; 0: others, or
+    // unknown.
     double filled = 0;
+    std::string filled_node;
     bool reached = false;  // the error that was asked for
     std::string at_end;    // the parameter whose range ended before that; empty: none
     bool cancelled = false;

@@ -117,10 +117,9 @@ std::string hint(const Tuning& tuning)
 {
     constexpr double many = 1000;
     if (tuning.filled == 0 || (tuning.reached && tuning.filled < many)) return {};
-    const std::string& target = tuning.tried.front().front().settings.back().target;
     return fmt::format("Thin or tilted bodies are often right in far fewer cubes with --set "
                        "{}.stiffness=calibrated.\n",
-                       target.substr(0, target.find('.')));
+                       tuning.filled_node);
 }
 
 TuneOptions options_of(const CookRequest& request, const TuneRequest& wanted,
@@ -186,13 +185,14 @@ void add_tune_command(const CommandSet& set)
                    "Number to be right (default: those of all Measure nodes); repeatable",
                    "NODE.PORT");
     tune_app
-        ->add_option("--size", wanted->size, "Parameter of the cubes (default: that of Voxelize)")
+        ->add_option("--size", wanted->size,
+                     "Parameter of the cubes, or a variable (default: that of Voxelize)")
         ->type_name("NODE.PARAM");
     tune_app
         ->add_option(
             "--steps", wanted->steps,
-            "Parameter of the steps (default: step.substeps of the simulation, or step.error "
-            "where that is 0)")
+            "Parameter of the steps, or a variable (default: step.substeps of the simulation, or "
+            "step.error where that is 0)")
         ->type_name("NODE.PARAM");
     tune_app->add_option("--most", wanted->most, "Most values of a parameter to try (default: 6)")
         ->type_name("N")

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <charconv>
+#include <cmath>
 #include <stdexcept>
 
 namespace runtime {
@@ -20,12 +22,14 @@ Vary parse_vary(std::string_view text)
 {
     const auto refuse = [&](const char* why) {
         throw std::invalid_argument(fmt::format(
-            "expected node.parameter=value,value,... to vary, found '{}': {}", text, why));
+            "expected node.parameter=value,value,... or variable=value,value,... to vary, found "
+            "'{}': {}",
+            text, why));
     };
     const std::size_t equals = text.find('=');
     if (equals == std::string_view::npos) refuse("there is no '='");
+    if (equals == 0) refuse("there is no name before the '='");
     Vary out{std::string(text.substr(0, equals)), {}};
-    if (out.target.find('.') == std::string::npos) refuse("there is no '.' before the '='");
 
     std::string value;
     int depth = 0;
@@ -49,6 +53,52 @@ Vary parse_vary(std::string_view text)
         if (v.empty()) refuse("a value is empty");
     }
     return out;
+}
+
+bool is_variable(std::string_view target)
+{
+    return target.find('.') == std::string_view::npos;
+}
+
+graph::Override parse_setting(std::string_view text)
+{
+    const std::size_t equals = text.find('=');
+    if (equals == std::string_view::npos || !is_variable(text.substr(0, equals))) {
+        return graph::parse_override(text);
+    }
+    parse_variable(std::string(text));
+    return {std::string(text.substr(0, equals)), std::string(text.substr(equals + 1))};
+}
+
+std::pair<std::string, double> parse_variable(const std::string& text)
+{
+    const std::size_t equals = text.find('=');
+    double value = 0;
+    const char* const end = text.data() + text.size();
+    const char* const begin = equals < text.size() ? text.data() + equals + 1 : end;
+    const auto [stop, error] = std::from_chars(begin, end, value);
+    if (equals == 0 || stop != end || (error != std::errc() && begin == stop)) {
+        throw std::invalid_argument(
+            fmt::format("variables take numbers: expected name=number, found '{}'", text));
+    }
+    // Beyond the largest double, or nearer to 0 than the smallest: from_chars leaves 0 for both.
+    if (error != std::errc() || !std::isfinite(value)) {
+        throw std::invalid_argument(fmt::format("variables take numbers between 1e-307 and 1e308 "
+                                                "in size, or 0: found '{}'",
+                                                text));
+    }
+    return {text.substr(0, equals), value};
+}
+
+void add_settings(graph::LoadOptions& options, const Settings& settings)
+{
+    for (const graph::Override& s : settings) {
+        if (is_variable(s.target)) {
+            options.variables.push_back(parse_variable(s.target + '=' + s.value));
+        } else {
+            options.sets.push_back(s);
+        }
+    }
 }
 
 std::vector<Settings> combinations(const std::vector<Vary>& varied, std::size_t most)

@@ -70,7 +70,7 @@ graph::Loaded load_document(const std::filesystem::path& file, const graph::Regi
 graph::Loaded load_with(const std::filesystem::path& file, const graph::Registry& registry,
                         graph::LoadOptions options, const Settings& settings)
 {
-    options.sets.insert(options.sets.end(), settings.begin(), settings.end());
+    add_settings(options, settings);
     graph::Loaded loaded = load_document(file, registry, options);
     if (loaded.ok()) return loaded;
     std::string what = "the graph could not be loaded";

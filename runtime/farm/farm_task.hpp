@@ -37,13 +37,14 @@ struct FarmTask {
 
 // One graph with its settings and its output folder.
 struct Shot {
-    std::string name;               // "bridge", or "bridge-003" of several settings
-    std::string file;               // the document
-    std::vector<std::string> sets;  // as --set takes them
-    std::filesystem::path folder;   // absolute
-    std::size_t results = 0;        // that are asked for, a node at a frame each
-    std::size_t held = 0;           // of those: in the cache already
-    bool measured = false;          // false: nothing is known of its times, they are guesses
+    std::string name;                    // "bridge", or "bridge-003" of several settings
+    std::string file;                    // the document
+    std::vector<std::string> sets;       // as --set takes them
+    std::vector<std::string> variables;  // as --var takes them
+    std::filesystem::path folder;        // absolute
+    std::size_t results = 0;             // that are asked for, a node at a frame each
+    std::size_t held = 0;                // of those: in the cache already
+    bool measured = false;               // false: nothing is known of its times, they are guesses
 };
 
 struct Cut {

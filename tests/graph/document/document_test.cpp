@@ -361,6 +361,9 @@ TEST(Variables, FromOutsideReplaceTheDocumentsOwn)
     const Loaded loaded = load(bakery, options);
     ASSERT_TRUE(loaded.ok()) << told(loaded);
     EXPECT_EQ(std::get<double>(loaded.graph.nodes[0].params[0].is), 4);  // half a sack
+    EXPECT_EQ(loaded.variables, (graph::Variables{{"sack", 8}, {"half", 4}}));
+    options.variables = {{"sack", 8}, {"sack", 2}};
+    EXPECT_EQ(load(bakery, options).variables.front().second, 2) << "the later";
     options.variables = {{"sak", 8}};
     EXPECT_EQ(told(load(bakery, options)),
               "toy.json: error: the document declares no variable 'sak'; did you mean 'sack'?\n");

@@ -248,6 +248,22 @@ TEST_F(Farm, EachSettingIsACookOfItsOwn)
     EXPECT_EQ(chains, 1) << "the simulation is the same";
 }
 
+TEST_F(Farm, VariesAVariable)
+{
+    std::string text = counting;
+    text.replace(text.find("\"bias\": 10"), 10, "\"bias\": \"=lift\"");
+    text.replace(text.find("\"nodes\""), 0, "\"variables\": { \"lift\": 10 }, ");
+    folder_.write("falling.json", text);
+    const Json p = plan({"--vary", "lift=1,2", "--task-seconds", "4"});
+    ASSERT_EQ(p["shots"].size(), 2u);
+    EXPECT_EQ(p["shots"][1]["var"], Json::array({"lift=2"}));
+    EXPECT_EQ(local({"--vary", "lift=10,2", "--task-seconds", "4"}).exit, exit_missed);
+    const Manifest second = read_manifest(folder_.path / "out/002/manifest.json");
+    EXPECT_EQ(second.variables, (std::vector<std::string>{"lift=2"}));
+    EXPECT_EQ(second.missed.size(), 1u) << "1 + 2 is not 11";
+    EXPECT_TRUE(read_manifest(folder_.path / "out/001/manifest.json").missed.empty());
+}
+
 TEST_F(Farm, WhatMakesNoSenseIsRefused)
 {
     EXPECT_EQ(run({"farm", "--plan"}).exit, exit_usage);

@@ -349,9 +349,21 @@ TEST_F(StudyCommand, AReferenceIsANumberOrASetting)
     for (const char* wrong : {"abc", "1.5m", "nan", "1e999"}) {
         const Asked said = run({"--vary", "x.steps=1,2", std::string("--reference=") + wrong});
         EXPECT_EQ(said.exit, exit_usage) << wrong;
-        EXPECT_TRUE(has(said.err, "expected a number or node.parameter=value")) << said.err;
+        EXPECT_TRUE(has(said.err, "expected a number, node.parameter=value")) << said.err;
         EXPECT_TRUE(has(said.err, wrong)) << said.err;
     }
+}
+
+TEST_F(StudyCommand, VariesAVariableAndTakesOneAsReference)
+{
+    std::ofstream(file_) << R"({ "aspic": 1, "frames": { "last": 5 }, "variables": { "n": 1 },
+        "nodes": { "x": { "type": "Decay@1", "params": { "steps": "=n" } } } })";
+    const Asked said = run({"--vary", "n=1,2", "--reference", "n=4"});
+    EXPECT_EQ(said.exit, exit_ok) << said.err;
+    EXPECT_TRUE(has(said.err, "n=2: error ")) << said.err;
+    const Asked unknown = run({"--vary", "n=1,2", "--reference", "m=4"});
+    EXPECT_EQ(unknown.exit, exit_usage);
+    EXPECT_TRUE(has(unknown.err, "no variable 'm'")) << unknown.err;
 }
 
 TEST_F(StudyCommand, WhatCouldNotBeComparedIsAFailure)
@@ -499,8 +511,9 @@ TEST(Vary, ValuesAreSplitOutsideBracketsAndQuotes)
     EXPECT_EQ(values("c.size==max(0.2, 0.1),0.25"), (Values{"=max(0.2, 0.1)", "0.25"}));
     EXPECT_EQ(values(R"(a.text="5\",6","\\",7)"), (Values{R"("5\",6")", R"("\\")", "7"}));
     EXPECT_EQ(values("a.b= 0.1, 0.2 "), (Values{"0.1", "0.2"}));
+    EXPECT_EQ(parse_vary("cell=0.1,0.2").target, "cell");
     for (const char* wrong :
-         {"", "a", "a=1", "a.b=", "a.b=1,,2", "a.b=1, ,2", "a.b=[1,2", "a.b==max(1,2"}) {
+         {"", "a", "=1", "a=", "a.b=", "a.b=1,,2", "a.b=1, ,2", "a.b=[1,2", "a.b==max(1,2"}) {
         EXPECT_THROW(parse_vary(wrong), std::invalid_argument) << wrong;
     }
 }

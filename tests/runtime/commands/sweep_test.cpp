@@ -4,6 +4,7 @@
 #include "runtime/commands/sweep_command.hpp"
 #include "tests/runtime/said.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 using namespace runtime;
@@ -96,6 +97,38 @@ TEST(Sweep, ACombinationThatDoesNotLoadIsALineWhereverItStands)
     const Said none = run({"sweep", file, "--vary", "a.bias=\"x\",\"y\"", "--out", out});
     EXPECT_EQ(none.exit, exit_usage);
     EXPECT_TRUE(has(none.err, "expected a number")) << none.err;
+}
+
+// Of a document, and of a shot that extends it; before what --var says.
+TEST(Sweep, VariesAVariable)
+{
+    const toys::Folder folder;
+    const auto base = folder.write("base.json", R"({ "aspic": 1,
+      "variables": { "lift": 1, "twice": "=2 * lift" }, "nodes": {
+        "base": { "type": "Constant@1", "params": { "value": 5 } },
+        "a": { "type": "Sum@1", "inputs": { "values": ["base.value"] },
+               "params": { "bias": "=twice" } } } })");
+    const auto shot = folder.write("shot.json", R"({ "aspic": 1, "extends": "base.json",
+      "nodes": { "base": { "params": { "value": 6 } } } })");
+    const auto out = folder.path / "out";
+    for (const auto& [file, value] : {std::pair(base, 5), std::pair(shot, 6)}) {
+        const Said said = run({"sweep", file, "--vary", "lift=10,0.5", "--var", "lift=3",
+                               "--measure", "a.value", "--out", out});
+        EXPECT_EQ(said.exit, exit_ok) << said.err;
+        EXPECT_TRUE(has(said.err, "lift=10: done")) << said.err;
+        const std::vector<std::string> lines = lines_of(out / "sweep.csv");
+        ASSERT_EQ(lines.size(), 3u);
+        EXPECT_TRUE(lines[0].starts_with("\"lift\",frame,\"a.value\"")) << lines[0];
+        EXPECT_TRUE(lines[1].starts_with(fmt::format("\"10\",1,{},", value + 20))) << lines[1];
+        EXPECT_TRUE(lines[2].starts_with(fmt::format("\"0.5\",1,{},", value + 1))) << lines[2];
+    }
+    const Said near = run({"sweep", base, "--vary", "lfit=1,2", "--out", out});
+    EXPECT_EQ(near.exit, exit_usage);
+    EXPECT_TRUE(has(near.err, "the document declares no variable 'lfit'")) << near.err;
+    EXPECT_TRUE(has(near.err, "did you mean 'lift'?")) << near.err;
+    const Said text = run({"sweep", base, "--vary", "lift=much,more", "--out", out});
+    EXPECT_EQ(text.exit, exit_usage);
+    EXPECT_TRUE(has(text.err, "expected name=number, found 'lift=much'")) << text.err;
 }
 
 TEST(Sweep, ACancelledOneLeavesTheTableOfAnEarlierOne)

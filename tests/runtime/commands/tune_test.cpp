@@ -231,6 +231,32 @@ TEST(Tune, PrintsATableARecommendationAndLinesOfJson)
               exit_missed);
 }
 
+// As where the parameters themselves are named: a number that counts is doubled.
+TEST(Tune, TakesVariablesForTheSizeAndTheSteps)
+{
+    const toys::Folder folder;
+    const std::string file = folder
+                                 .write("t.json", R"({ "aspic": 1, "frames": { "last": 2 },
+        "variables": { "cell": 0.4, "steps": 2 }, "nodes": { "model": { "type": "Model@1",
+          "params": { "size": "=cell", "step": { "substeps": "=steps" } } } } })")
+                                 .string();
+    std::string out, err;
+    EXPECT_EQ(run({"tune", file, "--error", "10%", "--size", "cell", "--steps", "steps"}, out, err),
+              exit_ok)
+        << err;
+    EXPECT_NE(out.find("Coarsest setting within 10 %: cell=0.2 steps=1 "), std::string::npos)
+        << out;
+    EXPECT_EQ(run({"tune", file, "--size", "cel"}, out, err), exit_usage);
+    EXPECT_NE(err.find("found no such variable 'cel'; did you mean 'cell'?"), std::string::npos)
+        << err;
+    // Beyond the range of the parameter that follows it nothing is tried.
+    EXPECT_EQ(run({"tune", file, "--error", "1e-9", "--size", "cell", "--steps", "steps", "--var",
+                   "steps=800"},
+                  out, err),
+              exit_missed);
+    EXPECT_NE(out.find("The range of steps ends there."), std::string::npos) << out;
+}
+
 TEST(Tune, MistakesAreSaid)
 {
     const toys::Folder folder;
