@@ -314,7 +314,8 @@ static void describe_motion(graph::NodeBuilder<Inputs, Outputs>& node)
         .param("on", &Inputs::on,
                "1 holds what is chosen, 0 lets it go. A frame number in an expression releases a "
                "body (=frame < 24), as keyframes with interpolation = step do. What is held anew "
-               "jumps to its targets.",
+               "jumps to its targets. For Simulate: Vibrate refuses modes that change over "
+               "frames.",
                {.min = 0, .max = 1});
 }
 

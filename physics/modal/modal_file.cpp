@@ -176,6 +176,7 @@ ModalModel read_modal_file(std::string_view bytes, std::shared_ptr<const TriMesh
     }
     if (const std::string_view more = words.next(); !more.empty()) words.refuse("the end", more);
     model.rest = std::move(mesh);
+    model.mark = mark_of(model);
     return model;
 }
 

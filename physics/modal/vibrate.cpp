@@ -5,6 +5,7 @@
 #include "geometry/embed/embed.hpp"
 #include "geometry/mesh/mesh.hpp"
 #include "physics/body/following_forces.hpp"
+#include "physics/math/mark.hpp"
 #include "physics/modal/modal_contact.hpp"
 #include "physics/modal/modal_wind.hpp"
 #include "physics/modal/oscillator.hpp"
@@ -81,10 +82,16 @@ double damping_of(const ModalModel& model, std::size_t k, const ModalDamping& da
 
 void check(const ModalModel& model, const ModalState& state)
 {
-    if (state.q.size() == model.count() && state.q_dot.size() == model.count()) return;
-    throw std::invalid_argument(fmt::format(
-        "expected a state of {} modes, found {} modes. Does it belong to another model?",
-        model.count(), state.q.size()));
+    if (state.q.size() != model.count() || state.q_dot.size() != model.count()) {
+        throw std::invalid_argument(fmt::format(
+            "expected a state of {} modes, found {} modes. Does it belong to another model?",
+            model.count(), state.q.size()));
+    }
+    if (state.mark == model.mark) return;
+    throw std::invalid_argument(
+        "the modes are others than those whose coordinates the state holds: what modes are made "
+        "from (cubes, mesh, pins) must be the same in all frames. `on` of Pin, which lets go of a "
+        "body, is for Simulate");
 }
 
 void step_modes(const ModalModel& model, std::span<const double> load, const ModalDamping& damping,
@@ -188,6 +195,18 @@ void step_between_colliders(const ModalModel& model, const StoppedStep& step,
 
 }  // namespace
 
+std::uint64_t mark_of(const ModalModel& model)
+{
+    Mark mark;
+    for (const double omega_sq : model.omega_sq) mark.add(omega_sq);
+    for (const auto& shape : model.shape) {
+        for (const Vec3f& moved : shape) {
+            for (const float x : moved) mark.add(x);
+        }
+    }
+    return mark.value();
+}
+
 ModalModel make_modal_model(const Modes& modes, const geometry::Cubes& cubes,
                             std::shared_ptr<const TriMesh> mesh)
 {
@@ -223,6 +242,7 @@ ModalModel make_modal_model(const Modes& modes, const geometry::Cubes& cubes,
         model.normal_change.push_back(std::move(change));
     }
     model.rest = std::move(mesh);
+    model.mark = mark_of(model);
     return model;
 }
 
@@ -231,6 +251,7 @@ ModalState rest_state(const ModalModel& model)
     ModalState state;
     state.q.assign(model.count(), 0);
     state.q_dot.assign(model.count(), 0);
+    state.mark = model.mark;
     return state;
 }
 

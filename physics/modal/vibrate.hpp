@@ -25,9 +25,13 @@ struct ModalModel {
     std::vector<std::vector<Vec3f>> shape;          // k x V, kg^-1/2
     std::vector<std::vector<Vec3f>> normal_change;  // k x N, by q, where displacements are small
     std::vector<std::string> warnings;
+    std::uint64_t mark = 0;  // of omega_sq and shape, see mark_of()
 
     std::size_t count() const { return omega_sq.size(); }
 };
+
+// Tells modes from others: coordinates in these mean nothing in those.
+std::uint64_t mark_of(const ModalModel& model);
 
 // Interpolates modes of cubes to a mesh that they carry.
 ModalModel make_modal_model(const Modes& modes, const geometry::Cubes& cubes,
@@ -38,6 +42,7 @@ struct ModalState {
     std::vector<double> q, q_dot;       // k, sqrt(kg) m and sqrt(kg) m/s
     Vec3 base = Vec3::Zero();           // m
     Vec3 base_velocity = Vec3::Zero();  // m/s, over the last step
+    std::uint64_t mark = 0;             // of the model
 };
 
 // A blow that lasts no time, spread smoothly over the vertices around a place.
@@ -68,7 +73,7 @@ struct ModalLoads {
 
 // The state `dt` seconds later: forces as they are for the whole step, the base at `base` at its
 // end. Colliders stop vertices (modal_contact.hpp). Wind is of first order in time, on the faces as
-// they are at rest (modal_wind.hpp). Throws std::invalid_argument for a state of another model, and
+// they are at rest (modal_wind.hpp). Throws std::invalid_argument for a state of other modes, and
 // where wind moves a mesh of next to no mass.
 ModalState advance(const ModalModel& model, ModalState state, const ModalLoads& loads,
                    const ModalDamping& damping, double dt);

@@ -1,30 +1,16 @@
 #include "physics/state/state_models.hpp"
 
 #include "geometry/cubes/plane.hpp"
+#include "physics/math/mark.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <stdexcept>
 
 namespace physics {
 namespace {
-
-class Mark {
-public:
-    void add(std::uint64_t word)
-    {
-        value_ = (value_ ^ word) * 0x9e3779b97f4a7c15u;
-        value_ ^= value_ >> 29;
-    }
-    void add(double number) { add(std::bit_cast<std::uint64_t>(number)); }
-    std::uint64_t value() const { return value_ * 0xbf58476d1ce4e5b9u; }
-
-private:
-    std::uint64_t value_ = 0;
-};
 
 std::uint64_t word_of(int number)
 {

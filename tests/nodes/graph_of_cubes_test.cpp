@@ -347,6 +347,28 @@ TEST(GraphOfCubes, ModesFindsTheFirstFrequencyOfABeam)
     EXPECT_GT(free->omega_sq[6], 0);
 }
 
+// Coordinates in the modes of a held body mean nothing in those of a free one. Other damping is of
+// the same modes.
+TEST(GraphOfCubes, VibrateRefusesModesThatChangeOverFrames)
+{
+    Scene scene(cantilever(R"("grip": { "type": "Pin@1", "inputs": { "cubes": "cubes.cubes" },
+        "params": { "where": "ends", "ends": { "end": "high" }, "on": "=frame < 4" } },
+        "gripped": { "type": "Modes@1", "inputs": { "cubes": "cubes.cubes", "mesh": "beam.mesh",
+                     "pins": "grip.pins" }, "params": { "count": 8 } },
+        "play": { "type": "Vibrate@1", "inputs": { "model": "gripped.model" },
+                  "params": { "gravity": [0, -9.81, 0] } },
+        "damped": { "type": "Voxelize@1", "inputs": { "mesh": "beam.mesh" }, "params": {
+                    "method": "solid", "size": 0.1, "matter": { "mass_damping": "=frame" } } },
+        "same": { "type": "Modes@1", "inputs": { "cubes": "damped.cubes", "mesh": "beam.mesh",
+                  "pins": "wall.pins" }, "params": { "count": 8 } },
+        "fade": { "type": "Vibrate@1", "inputs": { "model": "same.model" },
+                  "params": { "gravity": [0, -9.81, 0] } })"));
+    EXPECT_EQ(scene.failure_at<geometry::TriMesh>("play", 3), "");
+    const std::string told = scene.failure_at<geometry::TriMesh>("play", 4);
+    EXPECT_NE(told.find("must be the same in all frames"), std::string::npos) << told;
+    EXPECT_EQ(scene.failure_at<geometry::TriMesh>("fade", 5), "");
+}
+
 TEST(GraphOfCubes, VibrateSagsUnderItsWeightAndSwingsWhenKicked)
 {
     Scene scene(cantilever(R"(
