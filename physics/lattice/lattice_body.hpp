@@ -8,7 +8,7 @@
 #include "physics/lattice/matched_regions.hpp"
 #include "physics/lattice/membrane.hpp"
 #include "physics/lattice/near_along.hpp"
-#include "physics/lattice/pinned_volume.hpp"
+#include "physics/lattice/pinned_shapes.hpp"
 #include "physics/regions/links.hpp"
 #include "physics/state/state.hpp"
 
@@ -38,7 +38,7 @@ struct LatticeBody {
     NearAlong along;                       // of a body that touches itself
     LinkedPieces pieces;                   // that no breaks part
     std::shared_ptr<TornRegions> torn;     // where links can break
-    std::shared_ptr<PinnedVolume> pinned;  // of a solid that keeps its volume
+    std::shared_ptr<PinnedShapes> pinned;  // where volume is kept, or rest shapes flow
 
     std::size_t bytes() const;
 };

@@ -114,7 +114,6 @@ void calibrate(const geometry::Cubes& cubes, const std::vector<std::uint32_t>& p
     if (bends) excess = bending_excess(cubes, body, piece);
     if (body.poisson > 0) {
         add_volume(body.whole, lattice, matter, cubes.size);
-        body.pinned = std::make_shared<PinnedVolume>();
         if (bends) {
             const std::vector<double> with_volume = bending_excess(cubes, body, piece);
             const auto lambda = mean_of_pieces(
@@ -146,7 +145,6 @@ void set_bends_apart(const geometry::Cubes& cubes, const Lattice& lattice,
     const std::vector<double> ratio = bend_ratios(cubes, body.options.half_width);
     matter = matter_of(cubes, body.base, body.options.weighting, false, ratio);
     add_volume(body.whole, lattice, matter, cubes.size);
-    body.pinned = std::make_shared<PinnedVolume>();
     body.whole.stretch.assign(whole.size(), 1.0f);
     for (std::size_t s = 0; s < whole.size(); ++s) {
         if (body.whole.rate_sq[s] > 0) body.whole.stretch[s] = whole[s] / body.whole.rate_sq[s];
@@ -199,6 +197,7 @@ LatticeBody make_lattice(const geometry::Cubes& cubes, const LatticeOptions& opt
     } else if (!flat) {
         calibrate(cubes, piece, lattice, matter, body);
     }
+    if (plastic || !body.whole.volume.empty()) body.pinned = std::make_shared<PinnedShapes>();
     if (options.contact.on) {
         body.side = particles_at_the_side(lattice, body.flat_axis);
         if (options.contact.self) {

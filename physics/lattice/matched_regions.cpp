@@ -16,11 +16,18 @@ using geometry::Vec3;
 
 namespace {
 
-// B^-1 of a region in lattice steps, from sums of M, M X and M X X^T about any point (packed xx,
-// xy, xz, yy, yz, zz), also where it is flat or a line: there it is 0 across.
-std::array<float, 6> inverse_spread(double mass, const Vec3& moment, const Mat3& about)
+// How the matter of a region is spread about some point: sums of M, M X and M X X^T.
+struct Spread {
+    double mass;
+    Vec3 moment;
+    Mat3 about;
+};
+
+// B^-1 of a region in lattice steps (packed xx, xy, xz, yy, yz, zz), also where it is flat or a
+// line: there it is 0 across.
+std::array<float, 6> inverse_of(const Spread& of)
 {
-    const Mat3 b = about - moment * moment.transpose() / mass;
+    const Mat3 b = of.about - of.moment * of.moment.transpose() / of.mass;
     const Eigen::SelfAdjointEigenSolver<Mat3> eigen(b);
     Vec3 inverse = eigen.eigenvalues();
     const double largest = inverse.maxCoeff();
@@ -29,13 +36,6 @@ std::array<float, 6> inverse_spread(double mass, const Vec3& moment, const Mat3&
     return {float(m(0, 0)), float(m(0, 1)), float(m(0, 2)),
             float(m(1, 1)), float(m(1, 2)), float(m(2, 2))};
 }
-
-// How the matter of a region is spread about some point: sums of M, M X and M X X^T.
-struct Spread {
-    double mass;
-    Vec3 moment;
-    Mat3 about;
-};
 
 // Calls visit(slot, spread) for the regions of the slots that `which` says, each about its own
 // particle. Sums of M X X^T need one more moment than collect() takes, so M X goes in as what is
@@ -160,6 +160,17 @@ template void find_volume(const LatticeRegions&, std::span<const float>,
                           const std::function<bool(std::size_t)>&,
                           std::vector<RegionVolume<double>>&);
 
+void find_inverse_spread(const LatticeRegions& regions, std::span<const float> mass,
+                         const std::function<Vec3(std::size_t)>& place,
+                         const std::function<bool(std::size_t)>& which, std::vector<float>& spread)
+{
+    spread.resize(6 * regions.slots(), 0.0f);
+    for_each_spread(regions, mass, place, which, [&](std::size_t s, const Spread& of) {
+        const auto packed = inverse_of(of);
+        std::copy(packed.begin(), packed.end(), spread.begin() + std::ptrdiff_t(6 * s));
+    });
+}
+
 void find_rates(MatchedRegions& matched, const std::vector<RegionMatter>& matter, double h)
 {
     const LatticeRegions& regions = matched.regions;
@@ -227,14 +238,7 @@ void find_spread(MatchedRegions& matched, const Lattice& lattice, bool with_spre
 {
     const LatticeRegions& regions = matched.regions;
     const auto at = [&](std::size_t i) { return Vec3(lattice.at[i].cast<double>()); };
-    if (with_spread) {
-        auto& out = matched.inverse_spread;
-        out.resize(6 * regions.slots(), 0.0f);
-        for_each_spread(regions, matched.mass, at, which, [&](std::size_t s, const Spread& of) {
-            const auto packed = inverse_spread(of.mass, of.moment, of.about);
-            std::copy(packed.begin(), packed.end(), out.begin() + std::ptrdiff_t(6 * s));
-        });
-    }
+    if (with_spread) find_inverse_spread(regions, matched.mass, at, which, matched.inverse_spread);
     if (!matched.poisson.empty()) find_volume(regions, matched.mass, at, which, matched.volume);
     if (!regions.flat) return;
     const auto place = [&](std::size_t i) {

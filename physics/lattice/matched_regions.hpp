@@ -73,6 +73,11 @@ void find_volume(const LatticeRegions& regions, std::span<const float> mass,
                  const std::function<bool(std::size_t)>& which,
                  std::vector<RegionVolume<T>>& volume);
 
+// B^-1 of the regions whose particles weigh `mass`, likewise; six numbers a slot.
+void find_inverse_spread(const LatticeRegions& regions, std::span<const float> mass,
+                         const std::function<geometry::Vec3(std::size_t)>& place,
+                         const std::function<bool(std::size_t)>& which, std::vector<float>& spread);
+
 // What a particle brings to its regions: its share of E V (Pa m^3), its mass (kg), of a plane of
 // thickness t mass (t / h)^2 / (1 - nu^2), of a solid E V nu, and E V g.
 using RegionMatter = std::array<double, 4>;

@@ -8,7 +8,7 @@ void flow(FrameState& step, std::size_t slot, const Eigen::Matrix<T, 3, 3>& m,
 {
     if (step.matched->regions.particle[slot] == none) return;
     const PlasticOptions& options = step.options.plastic;
-    const float* const b = step.matched->inverse_spread.data() + 6 * slot;
+    const float* const b = step.inverse_spread + 6 * slot;
     Mat3 inverse_b;
     inverse_b << double(b[0]), double(b[1]), double(b[2]), double(b[1]), double(b[3]), double(b[4]),
         double(b[2]), double(b[4]), double(b[5]);

@@ -62,10 +62,12 @@ struct FrameState {
     std::shared_ptr<const MatchedRegions> held_regions;  // null: the body's own
     const MatchedRegions* matched = nullptr;             // those, or the body's own
     std::optional<TornSkin> torn_skin;                   // where links are broken and it touches
-    std::vector<std::uint8_t> torn_corners;              // C, while links of a membrane are broken
-    double stiffness = 0, damping = 0;                   // alpha with the membrane's share, beta
-    double resolved = 0;                   // s dt, at most 1 where steps can bear the stiffness
-    double resolved_volume = 0;            // likewise with the volume's
+    const float* inverse_spread = nullptr;   // 6 a slot, B^-1 as regions weigh it; where plastic
+    PinnedSpread::Found pinned_spread;       // that of the body with pins
+    std::vector<std::uint8_t> torn_corners;  // C, while links of a membrane are broken
+    double stiffness = 0, damping = 0;       // alpha with the membrane's share, beta
+    double resolved = 0;                     // s dt, at most 1 where steps can bear the stiffness
+    double resolved_volume = 0;              // likewise with the volume's
     double poisson = 0, poisson_acts = 0;  // means over regions: the material's, and what is borne
 
     bool has_before = false;     // d of the step before is known

@@ -160,7 +160,8 @@ void find_pinned_volume(StepState<T>& step, const std::function<bool(std::size_t
 {
     if constexpr (std::is_same_v<T, float>) {
         const auto& pins = step.loads.pins.corner;
-        PinnedVolume* const kept = step.held_regions ? nullptr : step.body.pinned.get();
+        PinnedVolume* const kept =
+            step.held_regions || !step.body.pinned ? nullptr : &step.body.pinned->volume;
         step.pinned_volume = kept ? kept->find(pins) : nullptr;
         if (!step.pinned_volume) {
             step.own_volume = step.matched->volume;
@@ -173,6 +174,24 @@ void find_pinned_volume(StepState<T>& step, const std::function<bool(std::size_t
     } else {
         find_own_volume(step, step.with_pins, with_pin);
     }
+}
+
+// Likewise, or a region at rest would seem strained.
+void find_pinned_spread(FrameState& step, const std::vector<float>& mass,
+                        const std::function<bool(std::size_t)>& with_pin)
+{
+    const auto& pins = step.loads.pins.corner;
+    PinnedSpread* const kept =
+        step.held_regions || !step.body.pinned ? nullptr : &step.body.pinned->spread;
+    step.pinned_spread = kept ? kept->find(pins) : nullptr;
+    if (!step.pinned_spread) {
+        const auto place = [&](std::size_t i) { return steps_from_first(step, i); };
+        std::vector<float> own = step.matched->inverse_spread;
+        find_inverse_spread(step.matched->regions, mass, place, with_pin, own);
+        step.pinned_spread = std::make_shared<const std::vector<float>>(std::move(own));
+        if (kept) kept->keep(pins, step.pinned_spread);
+    }
+    step.inverse_spread = step.pinned_spread->data();
 }
 
 // That of the body, or as exact as the sums are.
@@ -220,6 +239,7 @@ template <class T> void weigh_pins(StepState<T>& step)
         find_own_twist(step, step.with_pins, with_pin);
     }
     if (step.volume) find_pinned_volume(step, with_pin);
+    if (step.plastic) find_pinned_spread(step, step.with_pins, with_pin);
 }
 
 // Sums of weights over the regions that hold each particle: they do not change with motion.
@@ -340,6 +360,7 @@ template <class T> void use_regions(StepState<T>& step)
 {
     find_held_regions(step);
     step.sums.partial.resize(4 * step.matched->regions.partial.nodes());
+    step.inverse_spread = step.matched->inverse_spread.data();
     const bool bends = bends_in_space(step);
     if (bends) take_twist(step);
     take_volume(step);

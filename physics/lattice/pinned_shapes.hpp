@@ -1,7 +1,7 @@
 #pragma once
 
-// What the volume of regions is measured by where particles are pinned, and weigh more: kept for
-// the pins that were asked for last, as most stay from frame to frame. What is kept changes how
+// What regions see of how their matter is spread where particles are pinned, and weigh more: kept
+// for the pins that were asked for last, as most stay from frame to frame. What is kept changes how
 // long a step takes, never what it gives.
 
 #include "physics/lattice/matched_regions.hpp"
@@ -11,9 +11,9 @@
 
 namespace physics {
 
-class PinnedVolume {
+template <class Values> class KeptForPins {
 public:
-    using Found = std::shared_ptr<const std::vector<RegionVolume<float>>>;
+    using Found = std::shared_ptr<const Values>;
 
     // Null where other pins were kept last.
     Found find(const std::vector<std::uint32_t>& pinned)
@@ -32,6 +32,14 @@ private:
     std::mutex mutex_;
     std::vector<std::uint32_t> pinned_;
     Found found_;
+};
+
+using PinnedVolume = KeptForPins<std::vector<RegionVolume<float>>>;
+using PinnedSpread = KeptForPins<std::vector<float>>;
+
+struct PinnedShapes {
+    PinnedVolume volume;  // of a solid that keeps its volume
+    PinnedSpread spread;  // B^-1, where rest shapes flow
 };
 
 }  // namespace physics
