@@ -13,6 +13,7 @@
 #include "physics/regions/links.hpp"
 #include "physics/state/state.hpp"
 
+#include <algorithm>
 #include <span>
 
 namespace physics {
@@ -27,6 +28,17 @@ struct Push {
     double mass = 0, mass_across = 0;  // kg, of the point, for impulses along and across the normal
     double friction = 0;
 };
+
+// What was inside of another comes out by this share of its depth in a step, not with a jump.
+inline constexpr double usual_way_out = 0.2;
+
+// Push::bias of a gap that is expected when the point goes on at `speed` along the normal. What was
+// inside already comes out by `share` of it; 0: it stays as deep as it is.
+inline double bias_of(double gap, double speed, double dt, double share = usual_way_out)
+{
+    const double inside = gap - dt * speed;
+    return (gap - (1 - share) * std::min(0.0, inside)) / dt - speed;
+}
 
 // A point of the skin at a collider.
 struct SkinPush : Push {
