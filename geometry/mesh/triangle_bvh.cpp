@@ -4,6 +4,7 @@
 #include "geometry/base/stop.hpp"
 #include "geometry/mesh/mesh.hpp"
 #include "geometry/mesh/mesh_edges.hpp"
+#include "geometry/mesh/on_triangle.hpp"
 
 #include <algorithm>
 #include <numbers>
@@ -12,78 +13,6 @@ namespace geometry {
 namespace {
 
 constexpr double far_factor = 3;  // a cluster of radius r seen from beyond far_factor r is far
-
-// Where on a triangle the closest point lies: decides whose normal tells the side.
-enum Feature : std::uint8_t { face, side_ab, side_bc, side_ca, corner_a, corner_b, corner_c };
-
-struct OnTriangle {
-    Vec3 barycentric;
-    Feature feature;
-};
-
-// The closest point to the origin of the segment from a to b, as its share of b.
-double along_segment(const Vec3& a, const Vec3& b)
-{
-    const Vec3 d = b - a;
-    const double length_sq = d.squaredNorm();
-    return length_sq > 0 ? std::clamp(-a.dot(d) / length_sq, 0.0, 1.0) : 0.0;
-}
-
-// The closest point of triangle abc to the origin, by its sides only: for one without area.
-OnTriangle on_sides(const Vec3& a, const Vec3& b, const Vec3& c)
-{
-    const std::array<const Vec3*, 3> corner{&a, &b, &c};
-    double best_sq = std::numeric_limits<double>::infinity();
-    OnTriangle best{};
-    for (std::size_t s = 0; s < 3; ++s) {
-        const std::size_t e = (s + 1) % 3;
-        const double t = along_segment(*corner[s], *corner[e]);
-        const double d_sq = ((1 - t) * *corner[s] + t * *corner[e]).squaredNorm();
-        if (!(d_sq < best_sq)) continue;
-        best_sq = d_sq;
-        best.barycentric = Vec3::Zero();
-        best.barycentric[static_cast<Eigen::Index>(s)] = 1 - t;
-        best.barycentric[static_cast<Eigen::Index>(e)] = t;
-        best.feature = static_cast<Feature>(t <= 0   ? corner_a + s
-                                            : t >= 1 ? corner_a + e
-                                                     : side_ab + s);
-    }
-    return best;
-}
-
-// The closest point of triangle abc to the origin.
-OnTriangle on_triangle(const Vec3& a, const Vec3& b, const Vec3& c)
-{
-    const Vec3 ab = b - a, ac = c - a;
-    const double d1 = -ab.dot(a), d2 = -ac.dot(a);
-    if (d1 <= 0 && d2 <= 0) return {{1, 0, 0}, corner_a};
-    const double d3 = -ab.dot(b), d4 = -ac.dot(b);
-    if (d3 >= 0 && d4 <= d3) return {{0, 1, 0}, corner_b};
-    const double d5 = -ab.dot(c), d6 = -ac.dot(c);
-    if (d6 >= 0 && d5 <= d6) return {{0, 0, 1}, corner_c};
-
-    const double vc = d1 * d4 - d3 * d2;
-    if (vc <= 0 && d1 >= 0 && d3 <= 0 && d1 > d3) {
-        const double t = d1 / (d1 - d3);
-        return {{1 - t, t, 0}, side_ab};
-    }
-    const double vb = d5 * d2 - d1 * d6;
-    if (vb <= 0 && d2 >= 0 && d6 <= 0 && d2 > d6) {
-        const double t = d2 / (d2 - d6);
-        return {{1 - t, 0, t}, side_ca};
-    }
-    const double va = d3 * d6 - d5 * d4;
-    const double bc = d4 - d3, cb = d5 - d6;
-    if (va <= 0 && bc >= 0 && cb >= 0 && bc + cb > 0) {
-        const double t = bc / (bc + cb);
-        return {{0, 1 - t, t}, side_bc};
-    }
-    const double sum = va + vb + vc;
-    // A needle's area drowns in rounding: then its sides are the triangle.
-    const double scale = ab.squaredNorm() * ac.squaredNorm();
-    if (!(sum > 1e-20 * scale)) return on_sides(a, b, c);
-    return {{va / sum, vb / sum, vc / sum}, face};
-}
 
 // The sum of the winding numbers of triangles as seen from the origin. The tangent of half a solid
 // angle is a ratio (Van Oosterom, Strackee. The solid angle of a plane triangle. IEEE TBME 1983):
@@ -180,7 +109,8 @@ void TriangleBvh::find_normals(const TriMesh& mesh)
         check();
         normals_[i].fill(unit[i].cast<float>());
         for (std::size_t k = 0; k < 3; ++k) {
-            normals_[i][corner_a + k] = unit_or_zero(at_vertex[triangles[i][k]]).cast<float>();
+            normals_[i][OnTriangle::corner_a + k] =
+                unit_or_zero(at_vertex[triangles[i][k]]).cast<float>();
         }
     }
     const std::vector<EdgeUse> uses = edge_uses(triangles, mesh.positions.size());
@@ -193,7 +123,7 @@ void TriangleBvh::find_normals(const TriMesh& mesh)
         }
         const Vec3f normal = unit_or_zero(sum).cast<float>();
         for (std::size_t u = begin; u < end; ++u) {
-            normals_[uses[u].triangle][side_ab + uses[u].side] = normal;
+            normals_[uses[u].triangle][OnTriangle::side_ab + uses[u].side] = normal;
         }
     }
 }
