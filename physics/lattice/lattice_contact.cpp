@@ -5,6 +5,7 @@
 // solved (solve_pushes).
 
 #include "geometry/base/parallel.hpp"
+#include "physics/lattice/ball_faces.hpp"
 #include "physics/math/joined.hpp"
 
 #include <algorithm>
@@ -40,16 +41,23 @@ struct SkinPlace {
     std::uint32_t point = none;                // of the skin
 };
 
-SkinPlace place_of(const ContactScene& scene, const CornerRuns::Corners& corners, std::uint32_t i)
+SkinPlace place_at(const ContactScene& scene, const CornerRuns::Corners& corners,
+                   const std::array<double, 8>& weight)
 {
-    SkinPlace out;
+    SkinPlace out{weight};
     for (std::size_t a = 0; a < 8; ++a) {
-        const double weight = out.weight[a] = double(scene.body.skin.point[i][a]);
-        out.at += weight * scene.state.x[corners[a]];
-        out.v += weight * scene.state.v[corners[a]];
-        out.inverse += weight * weight * scene.inverse_mass[corners[a]];
+        out.at += weight[a] * scene.state.x[corners[a]];
+        out.v += weight[a] * scene.state.v[corners[a]];
+        out.inverse += weight[a] * weight[a] * scene.inverse_mass[corners[a]];
     }
     return out;
+}
+
+SkinPlace place_of(const ContactScene& scene, const CornerRuns::Corners& corners, std::uint32_t i)
+{
+    std::array<double, 8> weight;
+    std::ranges::copy(scene.body.skin.point[i], weight.begin());
+    return place_at(scene, corners, weight);
 }
 
 // Of a cube in parts: it goes with the corners of the part whose octant holds it, from each of
@@ -222,31 +230,42 @@ double across(const Ball& ball)
     return 3.5 / ball.mass;
 }
 
+// A push at a place of the skin.
+BallPush push_at(const ContactScene& scene, std::uint32_t b, const CornerRuns::Corners& corners,
+                 const SkinPlace& place, const Vec3& normal, double gap)
+{
+    const Ball& ball = scene.balls[b];
+    BallPush push;
+    push.ball = b;
+    push.corners = corners;
+    push.weight = place.weight;
+    push.normal = normal;
+    push.mass_across = 1 / (place.inverse + across(ball));
+    push.mass = 1 / (place.inverse + 1 / ball.mass);
+    push.arm = -ball.radius * normal;
+    push.friction = ball.friction;
+    const double speed = (scene.state.balls[b].v - place.v).dot(normal);
+    push.bias = bias_of(gap, speed, scene.dt, place.out);
+    return push;
+}
+
 void touch_skin(const ContactScene& scene, std::uint32_t b, std::vector<BallPush>& out)
 {
     const Ball& ball = scene.balls[b];
-    const BallState& at = scene.state.balls[b];
     const ContactSurface& skin = scene.body.skin;
     const double dt = scene.dt;
-    const Vec3 centre = at.x + dt * at.v;
+    const Vec3 centre = scene.state.balls[b].x + dt * scene.state.balls[b].v;
     const auto push_out = [&](const CornerRuns::Corners& corners, const SkinPlace& place) {
         const Vec3 apart = centre - (place.at + dt * place.v);
         const double length = apart.norm();
         const double touching = ball.radius + skin.thickest - place.thinner;
         if (!(length < touching)) return;
-        BallPush push;
-        push.ball = b;
-        push.corners = corners;
-        push.weight = place.weight;
-        push.normal = length > 0 ? Vec3(apart / length) : Vec3(Vec3::UnitY());
-        push.mass_across = 1 / (place.inverse + across(ball));
-        push.mass = 1 / (place.inverse + 1 / ball.mass);
-        push.arm = -ball.radius * push.normal;
-        push.friction = ball.friction;
-        push.bias = bias_of(length - touching, (at.v - place.v).dot(push.normal), dt, place.out);
-        out.push_back(push);
+        const Vec3 normal = length > 0 ? Vec3(apart / length) : Vec3(Vec3::UnitY());
+        out.push_back(push_at(scene, b, corners, place, normal, length - touching));
     };
+    const bool by_points = touches_points(scene, ball);
     skin.corners.for_each(0, skin.corners.size(), [&](std::size_t c, const auto& corners) {
+        if (!by_points && !(scene.torn && scene.torn->is_open(c))) return;
         const SurfacePatch& patch = skin.on(c);
         const Vec3 some = scene.state.x[corners[0]] + dt * scene.state.v[corners[0]];
         double size_sq = 0;  // of the cube, from that corner
@@ -260,6 +279,12 @@ void touch_skin(const ContactScene& scene, std::uint32_t b, std::vector<BallPush
         for_places(scene, c, corners, [&](const SkinPlace& place) { push_out(corners, place); });
     });
     for_bare(scene, push_out);
+    if (!touches_faces(scene, ball)) return;
+    for (const FaceTouch& touch : find_face_touches(scene, b)) {
+        SkinPlace place = place_at(scene, touch.corners, touch.weight);
+        place.out = share_out(scene, touch.corners, place);
+        out.push_back(push_at(scene, b, touch.corners, place, touch.normal, touch.gap));
+    }
 }
 
 void touch_colliders(const ContactScene& scene, std::uint32_t b,

@@ -449,8 +449,8 @@ TEST(LatticeContact, FindsThePointsOfASkinThatASearchOfAllFinds)
         Vec3 way(random.unit(900 + 3 * k) - 0.5, random.unit(901 + 3 * k) - 0.5,
                  random.unit(902 + 3 * k) - 0.5);
         way.normalize();
-        const double radius = 0.01 + 0.2 * random.unit(2000 + k),
-                     deep = 0.03 * random.unit(3000 + k);
+        const double radius = 0.4 + 0.2 * random.unit(2000 + k),  // smaller ones touch faces
+            deep = 0.03 * random.unit(3000 + k);
         const std::vector<Ball> balls = {{.radius = radius, .mass = 1}};
         crowd.state.balls = {{.x = (0.25 + radius - deep) * way}};
         const ContactScene scene{crowd.body, crowd.state, crowd.inverse_mass, 0.01, balls};
