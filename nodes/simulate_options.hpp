@@ -112,7 +112,9 @@ inline void describe_lattice(graph::ParamsOf<physics::LatticeOptions>& p)
         .param(
             "damping", &LatticeOptions::damping,
             "Damping proportional to stiffness, in addition to that of the material. The damping "
-            "ratio of a vibration of frequency f is pi f damping.",
+            "ratio of a vibration of frequency f is pi f damping. A substep bears only so much, "
+            "for stiff materials a millisecond or less: where less than half acts, a warning "
+            "reports how much. mass_damping of the matter has no such limit.",
             {.min = 0, .unit = "s"})
         .choice(
             "weighting", &LatticeOptions::weighting, {"filled", "full"},

@@ -100,6 +100,20 @@ void warn_of_poisson(FrameState& step)
             : "Use wider regions, or a smaller Poisson's ratio."));
 }
 
+// A step takes at most all of a region's speed. Where links are broken it was told before.
+void warn_of_damping(FrameState& step)
+{
+    constexpr double least = 0.5;  // of what is asked for
+    constexpr double whole = 0.2;  // of tau damped_by: nine tenths act
+    if (step.resolved > 1 || step.held_regions || !(step.tau_acts < least * step.tau)) return;
+    const double needed = round_number(step.options.substeps * step.tau * step.damped_by / whole);
+    step.state.report.warnings.push_back(fmt::format(
+        "Damping proportional to stiffness acts as {:.2g} s, not {:.2g} s: a step damps no more. "
+        "Use mass_damping of the matter{}.",
+        step.tau_acts, step.tau,
+        needed <= most_substeps ? fmt::format(", or at least {} substeps", needed) : ""));
+}
+
 // A lattice comes back from anything, so what is less than a quarter does not matter. Only the
 // skin's are counted.
 void warn_of_inverted(FrameState& step)
@@ -182,6 +196,7 @@ void report_frame(FrameState& step, double crossed)
     warn_of_blunt_regions(step);
     warn_of_stretch(step);
     warn_of_poisson(step);
+    warn_of_damping(step);
     warn_of_inverted(step);
     warn_of_softness(step);
 }

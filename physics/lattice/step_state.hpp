@@ -66,8 +66,10 @@ struct FrameState {
     PinnedSpread::Found pinned_spread;       // that of the body with pins
     std::vector<std::uint8_t> torn_corners;  // C, while links of a membrane are broken
     double stiffness = 0, damping = 0;       // alpha with the membrane's share, beta
-    double resolved = 0;                     // s dt, at most 1 where steps can bear the stiffness
-    double resolved_volume = 0;              // likewise with the volume's
+    double tau = 0, tau_acts = 0;  // s, of damping: as asked for, and what steps can bear of it
+    double damped_by = 0;          // 1/s, beta = 1 - exp(-damped_by tau), where steps can bear it
+    double resolved = 0;           // s dt, at most 1 where steps can bear the stiffness
+    double resolved_volume = 0;    // likewise with the volume's
     double poisson = 0, poisson_acts = 0;  // means over regions: the material's, and what is borne
 
     bool has_before = false;     // d of the step before is known

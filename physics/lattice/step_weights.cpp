@@ -372,12 +372,14 @@ template <class T> void use_regions(StepState<T>& step)
     step.poisson_acts = all.count > 0 ? all.acts / all.count : 0;
     const double stiffest = bends ? share_membrane(step) : 0;
     step.stiffness = all.share + stiffest;
-    const double tau = step.body.damping + step.options.damping;
+    step.tau = step.body.damping + step.options.damping;
     const double damped = std::max(all.rate_sq, all.share / (step.dt * step.dt));
+    step.damped_by = damped * step.dt + stiffest / step.dt;
     // Steps are stable below stiffness + 2 damping = 4.
-    step.damping = tau > 0 ? std::min(-std::expm1(-tau * (damped * step.dt + stiffest / step.dt)),
-                                      (4 - step.stiffness) / 3)
-                           : 0;
+    step.damping = step.tau > 0
+                       ? std::min(-std::expm1(-step.tau * step.damped_by), (4 - step.stiffness) / 3)
+                       : 0;
+    step.tau_acts = step.damping > 0 ? step.damping / step.damped_by : 0;
     const double least = least_damping * std::clamp(4 * all.volume - 1, 0.0, 1.0);
     step.damping = std::max(step.damping, least);
     weigh_regions(step);

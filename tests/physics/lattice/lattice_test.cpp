@@ -581,6 +581,44 @@ TEST(Lattice, TellsHowMuchTooFarAThinBodyStretches)
     EXPECT_LT(thick.soft_stretch, 1.3);
 }
 
+TEST(Lattice, TellsHowMuchDampingStepsCanBear)
+{
+    // A bar of 1 m, held at one end, is let go in its first mode of stretch: f = sqrt(E / rho) / 4
+    // L = 2.5 Hz. After a period its tip is at exp(-2 pi^2 f tau) of where it was, by the tau that
+    // is told, where 1 s was asked for.
+    const Cubes bar = box(10, 2, 2, 0.1, {.density = 1000, .young = 1e5, .poisson = 0});
+    const auto mode = [](double x) { return 0.01 * std::sin(std::numbers::pi / 2 * x); };
+    const auto run = [&](double damping, int substeps) {
+        const LatticeOptions options{.half_width = 1, .damping = damping, .substeps = substeps};
+        const LatticeBody body = make_lattice(bar, options);
+        Loads loads;
+        loads.pins.corner = first_layer(bar);
+        for (const auto k : loads.pins.corner) loads.pins.target.push_back(bar.corner_position(k));
+        State state = rest_state(body);
+        for (Vec3& x : state.x) x[0] += mode(x[0]);
+        return advance(body, std::move(state), loads, 0.4, options);
+    };
+    const State end = run(1, 64);
+    ASSERT_EQ(end.report.warnings.size(), 1u);
+    const std::string& told = end.report.warnings[0];
+    const std::string first = "Damping proportional to stiffness acts as ";
+    ASSERT_EQ(told.rfind(first, 0), 0u) << told;
+    EXPECT_NE(told.find(" s, not 1 s: "), std::string::npos) << told;
+    const double tau = std::stod(told.substr(first.size()));
+    double tip = 0;
+    for (std::size_t k = 0; k < bar.corner_count(); ++k) {
+        tip = std::max(tip, end.x[k][0] - 1);
+    }
+    const double left = std::exp(-2 * std::numbers::pi * std::numbers::pi * 2.5 * tau);
+    EXPECT_NEAR(tip / mode(1), left, 0.1 * left);
+    // As many substeps as are advised are enough.
+    const std::string fewer = run(0.05, 64).report.warnings.at(0);
+    const int advised = std::stoi(fewer.substr(fewer.find("at least ") + 9));
+    EXPECT_GT(advised, 64);
+    EXPECT_TRUE(run(0.05, advised).report.warnings.empty());
+    EXPECT_TRUE(run(0.005, 64).report.warnings.empty());
+}
+
 TEST(Lattice, RejectsBadInput)
 {
     const LatticeBody body = lattice_of(box(2, 1, 1, 0.1), 1);
