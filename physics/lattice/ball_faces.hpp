@@ -5,7 +5,10 @@
 // block of soft cubes. Balls smaller than the cubes touch faces alone: a push at a point beside
 // them would lead them astray.
 
-#include "physics/lattice/lattice_contact.hpp"
+#include "physics/lattice/contact_scene.hpp"
+
+#include <array>
+#include <vector>
 
 namespace physics {
 
@@ -27,9 +30,9 @@ struct FaceTouch {
     double gap;                    // m
 };
 
-// The nearest place of each cube in parts of none, where ball b touches it; of those that push much
-// the same way, the deepest. Or the first face alone that the ball's centre passes through in the
-// step: however fast it is, it stays on its side.
+// The nearest place of each cube that no tear parts, where ball b touches it; of those that push
+// much the same way, the deepest. Or, alone, the first face that the ball's centre passes through
+// in the step: however fast it is, it stays on its side.
 std::vector<FaceTouch> find_face_touches(const ContactScene& scene, std::uint32_t b);
 
 }  // namespace physics

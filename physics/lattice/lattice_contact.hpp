@@ -6,15 +6,13 @@
 // step.
 
 #include "physics/body/collider_contact.hpp"
-#include "physics/body/corner_body.hpp"
+#include "physics/lattice/contact_scene.hpp"
 #include "physics/lattice/near_along.hpp"
 #include "physics/lattice/pair_pushes.hpp"
-#include "physics/lattice/torn_skin.hpp"
 #include "physics/regions/links.hpp"
 #include "physics/state/state.hpp"
 
 #include <algorithm>
-#include <span>
 
 namespace physics {
 
@@ -58,16 +56,6 @@ struct BallPush : Push {
     Vec3 surface_velocity = Vec3::Zero();
     std::array<std::uint32_t, 8> corners;
     std::array<double, 8> weight{};  // zeros where it is not the skin
-};
-
-// Who is in contact, and when.
-struct ContactScene {
-    const CornerBody& body;
-    const State& state;
-    const std::vector<double>& inverse_mass;  // 1/kg, by corner; 0 where it is pinned
-    double dt;                                // s, the step
-    std::span<const Ball> balls = {};
-    const TornSkin* torn = nullptr;  // null: nothing is
 };
 
 std::vector<SkinPush> find_skin_pushes(const ContactScene& scene,
