@@ -1,6 +1,7 @@
 // Balls that touch the faces of cubes, not their points alone.
 
 #include "physics/lattice/ball_faces.hpp"
+#include "physics/lattice/lattice_contact.hpp"
 #include "tests/physics/lattice/lattice_fixtures.hpp"
 
 #include <gtest/gtest.h>

@@ -24,7 +24,7 @@ FarmTask task(const std::string& name, Stage stage, std::vector<int> frames, dou
 Cut fan(int count)
 {
     Cut cut;
-    cut.shots.push_back({"shot", "shot.json", {"a.b=<1>"}, "/out", 40, 10, true});
+    cut.shots.push_back({"shot", "shot.json", {"a.b=<1>"}, {}, "/out", 40, 10, true});
     cut.tasks.push_back(task("shot.chain-sim", Stage::chain, {1, 2, 3, 4}, 10));
     std::vector<std::uint32_t> all;
     for (int i = 0; i < count; ++i) {
@@ -92,7 +92,7 @@ TEST(FarmDrawing, OfManyShotsTheFirstAndThoseOfTheLongestPathAreDrawn)
     Cut cut;
     for (std::uint32_t s = 0; s < 100; ++s) {
         const std::string name = "shot" + std::to_string(s);
-        cut.shots.push_back({name, name + ".json", {}, "/out", 1, 0, true});
+        cut.shots.push_back({name, name + ".json", {}, {}, "/out", 1, 0, true});
         cut.tasks.push_back(task(name + ".last", Stage::last, {1}, s == 70 ? 9 : 3));
         cut.tasks.back().shot = s;
     }
@@ -119,7 +119,7 @@ TEST(FarmDrawing, IsWellFormedWhateverNamesHold)
 TEST(FarmDrawing, APlanWithNothingLeftIsDrawnToo)
 {
     Cut cut;
-    cut.shots.push_back({"shot", "shot.json", {}, "/out", 4, 4, true});
+    cut.shots.push_back({"shot", "shot.json", {}, {}, "/out", 4, 4, true});
     cut.tasks.push_back(task("shot.last", Stage::last, {1, 2}, 0));
     for (const std::string& svg : {plan_svg(cut), plan_svg(Cut{})}) {
         EXPECT_EQ(count_of(svg, "nan"), 0u) << svg;

@@ -49,7 +49,7 @@ struct Cutting {
         evaluator.aim(wants);
         costs.seconds.resize(graph.nodes.size(), 0);
         costs.measured = true;
-        ShotPieces out{{name, name + ".json", {}, folder.path, 0, 0, true}, frames, {}};
+        ShotPieces out{{name, name + ".json", {}, {}, folder.path, 0, 0, true}, frames, {}};
         out.cut = cut_graph({graph, evaluator.keys(), targets, frames, Stored(caches.disk.get()),
                              costs, task_seconds});
         return out;
@@ -416,7 +416,7 @@ TEST(Cut, TasksThatAnotherShotMakesLeaveNoGapInTheNamesOfAnArray)
 {
     // Of the second shot's five pieces of 10 s, the first shot makes the third.
     const auto shot = [](const std::string& name) {
-        ShotPieces pieces{{name, name + ".json", {}, name, 0, 0, true}, frames_to(5), {}};
+        ShotPieces pieces{{name, name + ".json", {}, {}, name, 0, 0, true}, frames_to(5), {}};
         for (int f = 1; f <= 5; ++f) {
             Piece piece;
             piece.nodes = {"feed"};
