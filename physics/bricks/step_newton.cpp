@@ -91,15 +91,22 @@ bool one_round(const StepOptions& options)
 }
 
 // What the step before lengthened stiff sheets by must not hold them across in this one
-// (shell/shell_cell.hpp). Turns of a part as a whole lengthen nothing.
+// (shell/shell_cell.hpp). Turns of a part as a whole lengthen nothing. What touches something is
+// held all the same: without that, contact keeps a cloth shaking that is to come to rest.
 void look_back(Stage& stage)
 {
     constexpr double matters = 0.1;
+    const CornerBody& body = stage.frame.body;
     const double tau = stage.tau;
     if (!one_round(stage.frame.options)) return;
     if (!(stage.elasticity.stiffened_across(tau) > matters)) return;
-    Aligned<double> came(stage.frame.n);
+    std::vector<std::uint8_t> touches(std::max<std::size_t>(body.parts, 1), 0);
+    for (const PointContact& c : stage.contacts) {
+        for (std::size_t a = 0; a < c.count; ++a) touches[body.part_of(c.corners[a])] = 1;
+    }
+    Aligned<double> came(stage.frame.n, 0);
     for (std::size_t i = 0; i < came.size(); ++i) {
+        if (i / 4 >= body.corners || touches[body.part_of(i / 4)] != 0) continue;
         came[i] = tau * (stage.v0[i] - (stage.base.empty() ? 0 : stage.base[i]));
     }
     if (!stage.elasticity.look_back(came.data(), tau)) return;
