@@ -10,6 +10,7 @@
 #include "physics/bricks/impact_energy.hpp"
 
 #include <map>
+#include <set>
 
 namespace physics {
 
@@ -24,6 +25,8 @@ struct Meeting {
 // Of each that bounces, how much it is a rigid body by the end of a stage: 1 where it has a third
 // of the speed that it is to leave with by then, or more, 0 where it does not rise yet.
 using Risen = std::map<Meeting, double>;
+// Those that are followed while they are squashed.
+using Squashed = std::set<Meeting>;
 
 Risen risen(const Stage& stage, const SolvedStage& solved);
 

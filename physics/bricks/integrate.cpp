@@ -84,11 +84,16 @@ Risen risen_in_a_step(FrameStep& step, double share, Balance balance)
 }
 
 // The same where the error chooses the steps: over a frame, and over less where that tells nothing.
+// What is followed since it hit is followed on. The slower it has become by being squashed, the
+// longer steps would be expected: it would be taken for rigid, and leave with a share of the speed
+// that it has left.
 Risen risen_by_error_in_a_step(FrameStep& step, double share)
 {
     const double finest = step.frame.seconds / (1 << finest_by_error);
     const auto told = [&] { return risen_by_error(step.stage, solved_of(step), finest); };
-    const auto is_told = [](const auto& r) { return r.second != rigid_yet; };
+    const auto is_told = [&](const auto& r) {
+        return r.second != rigid_yet || step.squashed.contains(r.first);
+    };
     Risen out = told();
     if (step.stage.halvings > 0) {
         for (auto& [who, share_of_it] : out) {
@@ -101,7 +106,13 @@ Risen risen_by_error_in_a_step(FrameStep& step, double share)
             if (std::all_of(out.begin(), out.end(), is_told)) break;
         }
     }
-    for (auto& [who, share_of_it] : out) share_of_it = std::min(share_of_it, 1.0);
+    for (auto& [who, share_of_it] : out) {
+        share_of_it = step.squashed.contains(who) ? 0 : std::min(share_of_it, 1.0);
+    }
+    step.squashed.clear();
+    for (const auto& [who, share_of_it] : out) {
+        if (share_of_it == 0) step.squashed.insert(who);
+    }
     return out;
 }
 

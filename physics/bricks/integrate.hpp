@@ -35,6 +35,7 @@ struct FrameStep {
     MeanForces mean;        // of the steps that were taken
     EnergyAccount account;  // of the midpoint rule
     Risen risen;            // of the last step that was not cut in halves
+    Squashed squashed;      // since it hit, within the frame
     int halvings = 0;       // of the step that was taken last
     int finer = 0;          // halvings for the error's sake that the next step begins with
     // Where something hit that is followed while it is squashed: the error of the stage before the

@@ -103,12 +103,14 @@ bool is_torn_apart(const FrameStep& step, int halvings)
 // What a step starts with.
 struct Before {
     explicit Before(const FrameStep& step)
-        : now(step.now), record(step.record), account(step.account), forces_at(step.frame.forces_at)
+        : now(step.now), record(step.record), account(step.account), squashed(step.squashed),
+          forces_at(step.frame.forces_at)
     {}
 
     Motion now;
     StepRecord record;
     EnergyAccount account;
+    Squashed squashed;
     double forces_at;
 };
 
@@ -120,6 +122,7 @@ void take_back(FrameStep& step, const Before& before)
     step.now = before.now;
     step.frame.take_forces(before.forces_at);
     step.account = before.account;
+    step.squashed = before.squashed;
     step.record = before.record;
     step.record.report.iterations = iterations;
     step.record.report.steps = steps;

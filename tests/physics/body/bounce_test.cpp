@@ -209,6 +209,27 @@ TEST(Bounce, ChosenStepsFollowASoftBlockWhereTheyLeaveItMore)
     EXPECT_GT(leaves(3e4, 0.3, {.substeps = 0}), 0.4) << "in the default steps too";
 }
 
+// Half-way down it was taken for rigid, and left with 0.65 of its share.
+TEST(Bounce, WhatIsFollowedSinceItHitIsFollowedOn)
+{
+    constexpr double e = 0.6, high = 0.6;
+    const BricksBody body = make_bricks(fixtures::box(2, 2, 2, block_edge, {.young = 2e4}));
+    State state = rest_state(body);
+    for (Vec3& x : state.x) x.y() += high;
+    Loads loads;
+    loads.colliders.push_back(floor_of(e));
+    loads.forces.push_back({});
+    double top = 0, before = high, rising = 0;
+    for (int frame = 0; frame < 36; ++frame) {
+        state = advance(body, state, loads, 1.0 / 24, {.substeps = 0, .error = 0.02});
+        const double now = mean(state.x).y() - block_edge;
+        if (rising > 0) top = std::max(top, now);
+        rising = std::max(rising, now - before);
+        before = now;
+    }
+    EXPECT_GT(std::sqrt(top / high), 0.97 * e);
+}
+
 // So soft that its weight makes it faster yet where the first frame on the floor ends.
 TEST(Bounce, ChosenStepsFollowWhatTheFloorHardlySlows)
 {
