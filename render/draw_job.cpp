@@ -87,7 +87,7 @@ DrawJob draw_job(const DrawList& list, const Look& look)
     job.numbers.pictures = look.antialias == Antialias::samples16 ? 16 : 1;
     job.numbers.style = look.style;
     job.numbers.linear = look.linear;
-    job.numbers.peel = list.clear_overlap;
+    job.numbers.layered = static_cast<std::uint32_t>(list.layered);
     job.numbers.soft = look.soft;
     job.numbers.shadow_width = list.shadow.width;
     job.numbers.shadow_height = list.shadow.height;

@@ -37,7 +37,7 @@ struct PictureNumbers {
     int only = -1;          // one of those sixteen by itself, where `pictures` is 1; -1: none
     Style style = Style::plain;
     Linear linear = Linear::none;
-    bool peel = false;                        // sort what is clear in each sample
+    std::uint32_t layered = 0;                // batches, see DrawList; 0: nothing is peeled
     bool soft = false;                        // soft shadows and shade in corners
     int shadow_width = 0, shadow_height = 0;  // texels; 0: there is no shadow
     int far_width = 0, far_height = 0;        // of the coarser map of what the first does not reach

@@ -109,8 +109,10 @@ struct DrawList {
     std::vector<std::uint32_t> indices;
     std::vector<DrawnTexture> textures;
     std::vector<Batch> opaque;
-    std::vector<Batch> clear;       // far to near
-    bool clear_overlap = false;     // they may cut through each other
+    // Far to near. Where they may cut through each other, the first `layered` batches are all of
+    // them in the order of the scene, for layers.
+    std::vector<Batch> clear;
+    std::size_t layered = 0;
     std::vector<Box> field_bounds;  // m, of surfaces without triangles; they cast shadows
     Traced traced;
     StageUnits units;

@@ -34,14 +34,14 @@ void draw_casters(const GlObjects& gl, const DrawJob& job, const ShadowPrograms&
     glEnable(GL_DEPTH_CLAMP);  // what lies before the map's box casts a shadow into it all the same
     for (const bool clear : {false, true}) {
         const bool glass = clear && job.numbers.frame.backdrop_horizon[3] == 1;
-        for (const Batch& batch : clear ? job.clear : job.opaque) {
+        for (const Batch& batch : clear ? job.clear.subspan(job.numbers.layered) : job.opaque) {
             if (!batch.shadow || batch.shape == Batch::Shape::lines) continue;
             const bool round = batch.shape == Batch::Shape::balls;
             const bool cut = batch.cover.texture >= 0 &&
                              batch.cover.use.alpha != geometry::TextureUse::Alpha::ignored;
             glUseProgram(round ? programs.balls : program_for(programs, cut, glass));
             if (round) glUniform1i(1, 1);
-            const auto laid_for = glass ? LaidFor::clear_shadow : LaidFor::shadow;
+            const auto laid_for = glass ? LaidFor::depth : LaidFor::shadow;
             if (cut) use_cover(gl.textures, job, batch.cover, unit_texture, laid_for);
             glDrawElements(round ? GL_POINTS : GL_TRIANGLES, GLsizei(batch.count), GL_UNSIGNED_INT,
                            at_index(batch.first));

@@ -388,14 +388,11 @@ bool any_overlap(const std::vector<Box>& boxes, double least)
     return false;
 }
 
-// By the triangles' centres. Neighbours in that order with the same style share a batch.
-void finish_gathering(Gathering& all)
+// All transparent triangles in the order that they have. Neighbours with the same style share a
+// batch.
+static void add_clear(Gathering& all)
 {
     DrawList& list = all.list;
-    if (!list.uvs.empty()) list.uvs.resize(list.vertices.size());
-    list.clear_overlap = any_overlap(all.clear_bounds, touching / list.units.scale);
-    std::stable_sort(all.clear.begin(), all.clear.end(),
-                     [](const auto& a, const auto& b) { return a.depth < b.depth; });
     for (std::size_t i = 0; i < all.clear.size(); ++i) {
         const Gathering::ClearTriangle& triangle = all.clear[i];
         if (i == 0 || triangle.style != all.clear[i - 1].style) {
@@ -407,6 +404,18 @@ void finish_gathering(Gathering& all)
         list.indices.insert(list.indices.end(), triangle.corners.begin(), triangle.corners.end());
         list.clear.back().count += 3;
     }
+}
+
+// By the triangles' centres.
+void finish_gathering(Gathering& all)
+{
+    DrawList& list = all.list;
+    if (!list.uvs.empty()) list.uvs.resize(list.vertices.size());
+    if (any_overlap(all.clear_bounds, touching / list.units.scale)) add_clear(all);
+    list.layered = list.clear.size();
+    std::stable_sort(all.clear.begin(), all.clear.end(),
+                     [](const auto& a, const auto& b) { return a.depth < b.depth; });
+    add_clear(all);
 }
 
 }  // namespace render

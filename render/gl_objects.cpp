@@ -50,8 +50,8 @@ GLuint program(const std::vector<std::string>& vertex, const std::vector<std::st
 
 std::vector<std::string> lit_by(std::string file)
 {
-    return {"near_map.glsl", "shade.glsl", "octahedral.glsl", "seen_code.glsl",
-            "penumbra.glsl", "reach.glsl", "stored.glsl",     std::move(file)};
+    return {"near_map.glsl", "shade.glsl",  "octahedral.glsl", "seen_code.glsl", "penumbra.glsl",
+            "reach.glsl",    "stored.glsl", "peeled.glsl",     std::move(file)};
 }
 
 // What the shaders of light are to know before they are compiled.
@@ -217,19 +217,23 @@ void SampleLayers::fit(int w, int h)
     height = h;
 }
 
-void Peel::fit(int width, int height)
+void Peel::fit(int width, int height, const Target& opaque)
 {
-    if (!layer.fit(width, height)) return;
     if (!sum_pass) {
         glCreateFramebuffers(1, &sum_pass);
-        glCreateFramebuffers(2, passes.data());
+        glCreateFramebuffers(1, &layer_pass);
+        glCreateFramebuffers(2, depth_passes.data());
+        glCreateQueries(GL_ANY_SAMPLES_PASSED, 1, &any);
+        for (const GLuint pass : depth_passes) glNamedFramebufferDrawBuffer(pass, GL_NONE);
     }
+    glNamedFramebufferTexture(layer_pass, GL_DEPTH_STENCIL_ATTACHMENT, opaque.name, 0);
+    if (!layer.fit(width, height)) return;
     sum.fit(width, height);
+    glNamedFramebufferTexture(layer_pass, GL_COLOR_ATTACHMENT0, layer.name, 0);
     glNamedFramebufferTexture(sum_pass, GL_COLOR_ATTACHMENT0, sum.name, 0);
     for (std::size_t k = 0; k < 2; ++k) {
         depths[k].fit(width, height);
-        glNamedFramebufferTexture(passes[k], GL_COLOR_ATTACHMENT0, layer.name, 0);
-        glNamedFramebufferTexture(passes[k], GL_DEPTH_STENCIL_ATTACHMENT, depths[k].name, 0);
+        glNamedFramebufferTexture(depth_passes[k], GL_DEPTH_STENCIL_ATTACHMENT, depths[k].name, 0);
     }
 }
 
@@ -244,8 +248,8 @@ const LitPrograms& lit_programs(GlObjects& gl, const PictureNumbers& numbers)
 {
     const bool glass = numbers.frame.backdrop_horizon[3] == 1;
     const LitKind kind{
-        numbers.style,         numbers.soft, glass, numbers.frame.backdrop_top[3] > 0,
-        numbers.far_width > 0, numbers.peel};
+        numbers.style,         numbers.soft,       glass, numbers.frame.backdrop_top[3] > 0,
+        numbers.far_width > 0, numbers.layered > 0};
     LitPrograms& p =
         gl.lit[32 * std::size_t(kind.style) + (kind.peel ? 16 : 0) + (kind.far ? 8 : 0) +
                (kind.soft ? 4 : 0) + (kind.glass ? 2 : 0) + (kind.grid ? 1 : 0)];
@@ -259,11 +263,15 @@ const LitPrograms& lit_programs(GlObjects& gl, const PictureNumbers& numbers)
     p.backdrop = program(screen, lit_by("backdrop.frag"), words);
     p.edges = program(screen, lit_by("edges.frag"), lit_words(kind, 2, 4) + in_shadow);
     p.clear = program({"surface.vert"}, lit_by("clear.frag"), words);
-    p.clear_textured =
-        program({"surface.vert"},
-                {"near_map.glsl", "shade.glsl", "octahedral.glsl", "seen_code.glsl",
-                 "penumbra.glsl", "reach.glsl", "stored.glsl", "bent.glsl", "clear.frag"},
-                words + textured);
+    p.clear_textured = program({"surface.vert"},
+                               {"near_map.glsl", "shade.glsl", "octahedral.glsl", "seen_code.glsl",
+                                "penumbra.glsl", "reach.glsl", "stored.glsl", "peeled.glsl",
+                                "bent.glsl", "clear.frag"},
+                               words + textured);
+    if (kind.peel) {
+        p.peel = program({"surface.vert"}, {"peeled.glsl", "peel.frag"}, words);
+        p.peel_textured = program({"surface.vert"}, {"peeled.glsl", "peel.frag"}, words + textured);
+    }
     p.finish = program(screen, lit_by("finish.frag"), words);
     if (kind.soft) {
         p.seen = program(screen, lit_by("seen.frag"), lit_words({.glass = kind.glass}, 2));

@@ -76,10 +76,11 @@ struct ShadowPrograms {
 struct Peel {
     std::array<Target, 2> depths{Target{GL_DEPTH32F_STENCIL8}, Target{GL_DEPTH32F_STENCIL8}};
     Target layer{GL_RGBA16F}, sum{GL_RGBA16F};
-    std::array<GLuint, 2> passes{};
-    GLuint sum_pass = 0;
+    std::array<GLuint, 2> depth_passes{};  // without colour
+    GLuint layer_pass = 0, sum_pass = 0;   // the first among the depths `opaque`
+    GLuint any = 0;                        // a query
 
-    void fit(int width, int height);
+    void fit(int width, int height, const Target& opaque);
 };
 
 // One for each kind of pass that knows nothing of light.
@@ -92,6 +93,7 @@ struct GlPrograms {
 struct LitPrograms {
     GLuint object = 0, floor_lit = 0, floor_shadowed = 0, backdrop = 0, edges = 0, clear = 0,
            clear_textured = 0, finish = 0, seen = 0;
+    GLuint peel = 0, peel_textured = 0;  // of depths alone, where things are peeled
 };
 
 // What they are compiled for.

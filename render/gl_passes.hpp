@@ -22,7 +22,8 @@ enum Unit : GLuint {
     unit_texture,
     unit_normals,  // see use_cover()
     unit_far,
-    unit_peeled
+    unit_peeled,  // depths of a layer of what is clear, and of the one before it
+    unit_peeled_before
 };
 
 // What the stencil says of a pixel. Of a body, which is an object, it says that ghosts spare it.

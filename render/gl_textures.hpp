@@ -20,8 +20,9 @@ struct GlTextures {
 void take_textures(GlTextures& textures, const DrawJob& job);
 
 // What a texture is laid on for: the picture, a shadow map, in which what is blended casts the
-// shadow of its more opaque half, or one in which clear things cast lighter shadows.
-enum class LaidFor { picture, shadow, clear_shadow };
+// shadow of its more opaque half, or depths of all that is there at all: of clear things, or of
+// shadows that are as light as these are clear.
+enum class LaidFor { picture, shadow, depth };
 
 // Binds what `cover` has to `unit` and, a normal map, to the one after it, and says to the program
 // that is in use how to lay it on.

@@ -18,8 +18,8 @@ std::size_t bytes_to_draw(const DrawJob& job)
     for (const JobTexture& t : job.textures) textures += 3 * t.bytes();  // with its smaller levels
     // Light: of four samples where something is transparent, in OpenGL and read back.
     const std::size_t linear = n.linear == Linear::none ? 0 : 4 * (8 + 20) + 20;
-    const std::size_t sum = n.pictures > 1 ? 16 : 0;  // of their light
-    const std::size_t peeled = n.peel ? 4 * 32 : 0;   // see Peel
+    const std::size_t sum = n.pictures > 1 ? 16 : 0;        // of their light
+    const std::size_t peeled = n.layered > 0 ? 4 * 32 : 0;  // see Peel
     return compiler + textures +
            area(n.width, n.height) * (a_pixel + a_sample + linear + sum + peeled) +
            4 * (area(n.shadow_width, n.shadow_height) + area(n.far_width, n.far_height)) +

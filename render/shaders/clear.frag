@@ -17,8 +17,8 @@ layout(location = 6) uniform vec4 laid;  // x 1: it colours too; y least alpha t
 #endif
 
 #if PEEL == 1
-layout(location = 8) uniform int behind;  // 1: only what lies behind the layer of these depths
-layout(binding = 12) uniform sampler2D peeled;
+layout(location = 9) uniform int up_to_layer;  // 1: only what lies no farther than this layer
+layout(binding = 12) uniform sampler2D layer;
 #endif
 
 // A smooth pane over a body of `opacity`: what it reflects does not fade with the body. Schlick 1994.
@@ -36,7 +36,7 @@ vec4 as_glass(vec3 body, vec3 n, vec3 v)
 void main()
 {
 #if PEEL == 1
-    if (behind == 1 && gl_FragCoord.z >= texelFetch(peeled, ivec2(gl_FragCoord.xy), 0).x) discard;
+    if (in_layers_before() || (up_to_layer == 1 && gl_FragCoord.z < end_of(layer))) discard;
 #endif
     vec3 v = normalize(eye.xyz - stage_point);
     vec3 n = normalize(normal_value.xyz);
