@@ -83,9 +83,9 @@ std::pair<std::string, double> parse_variable(const std::string& text)
     }
     // Beyond the largest double, or nearer to 0 than the smallest: from_chars leaves 0 for both.
     if (error != std::errc() || !std::isfinite(value)) {
-        throw std::invalid_argument(fmt::format("variables take numbers between 1e-307 and 1e308 "
-                                                "in size, or 0: found '{}'",
-                                                text));
+        throw std::invalid_argument(fmt::format(
+            "variables: expected a number between 1e-307 and 1e308 in size, or 0, found '{}'",
+            text));
     }
     return {text.substr(0, equals), value};
 }
