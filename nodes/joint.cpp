@@ -66,8 +66,7 @@ static void warn_of_loose(const physics::JointDoubts& doubts, const graph::Conte
 {
     if (doubts.loose == 0) return;
     context.warn(fmt::format("{} of {} parts of `cubes` {} glued to none, as no other comes within "
-                             "reach: raise reach, or "
-                             "leave {} out of `cubes`",
+                             "reach: raise reach, or leave {} out of `cubes`",
                              doubts.loose, doubts.parts, doubts.loose == 1 ? "is" : "are",
                              doubts.loose == 1 ? "it" : "them"));
 }
@@ -87,8 +86,7 @@ void add_to(graph::Registry& registry)
 {
     registry.add("Joint", 1, run)
         .summary("Keeps two parts together at a place by a ball joint, a hinge or a weld, or glues "
-                 "parts "
-                 "wherever they touch.",
+                 "parts wherever they touch.",
                  {"constraint", "hinge", "ball joint", "weld", "glue", "attach", "rope", "chain",
                   "ragdoll", "pin constraint", "rigid body constraint"})
         .inputs(
@@ -117,7 +115,8 @@ void add_to(graph::Registry& registry)
             "reach", &Inputs::reach,
             "Largest distance from the position to the cubes of either part; 0: the edge of "
             "one of its cubes. Of glue: between corners of one part and cubes of the other; 0: a "
-            "quarter of the smaller edge. What is between is bridged rigidly.",
+            "quarter of the smaller edge, and at most two of it. What is between is bridged "
+            "rigidly.",
             {.min = 0, .unit = "m"})
         .output("joint", &Outputs::joint, "The joint, for input `joints` of Simulate.");
 }

@@ -128,12 +128,9 @@ public:
                              std::span<BrickMatrix>) const
     {}
 
-    // What K has of the pull of sheets, which stiffens them across themselves, as a share of the
-    // masses over tau^2 where that is largest; 0: nothing pulls.
-    virtual double stiffened_across(double) const { return 0; }
     // From here to the next forces(), K stiffens sheets by the pull without what a linear step that
-    // corners `came` by (m) lengthened them by, where that is a large part of it. Returns whether
-    // it is anywhere, by masses over tau^2 likewise.
+    // corners `came` by (m) lengthened them by, where that is a large part of it beside what masses
+    // over tau^2 hold. Returns whether it is anywhere.
     virtual bool look_back(const double*, double) { return false; }
 };
 

@@ -67,7 +67,6 @@ public:
     }
     bool may_flow() const override { return method_.may_flow(); }
     double flow(const double* x, double dt, Flow how) override { return method_.flow(x, dt, how); }
-    double stiffened_across(double tau) const override { return method_.stiffened_across(tau); }
     bool look_back(const double* came, double tau) override { return method_.look_back(came, tau); }
     bool targets_move() const override { return paths_.move(); }
     std::vector<Vec3> targets(double share) const override;

@@ -95,11 +95,9 @@ bool one_round(const StepOptions& options)
 // held all the same: without that, contact keeps a cloth shaking that is to come to rest.
 void look_back(Stage& stage)
 {
-    constexpr double matters = 0.1;
     const CornerBody& body = stage.frame.body;
     const double tau = stage.tau;
-    if (!one_round(stage.frame.options)) return;
-    if (!(stage.elasticity.stiffened_across(tau) > matters)) return;
+    if (!has_sheets(body) || !one_round(stage.frame.options)) return;
     std::vector<std::uint8_t> touches(std::max<std::size_t>(body.parts, 1), 0);
     for (const PointContact& c : stage.contacts) {
         for (std::size_t a = 0; a < c.count; ++a) touches[body.part_of(c.corners[a])] = 1;

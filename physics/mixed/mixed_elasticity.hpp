@@ -39,7 +39,6 @@ public:
                      std::span<BrickMatrix> to) const override;
     bool may_flow() const override { return bricks_.may_flow(); }
     double flow(const double* x, double dt, Flow how) override;
-    double stiffened_across(double tau) const override { return shell_.stiffened_across(tau); }
     bool look_back(const double* came, double tau) override
     {
         take(came, high_);

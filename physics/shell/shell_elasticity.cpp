@@ -188,18 +188,9 @@ AcrossStiffness ShellElasticity::across(std::size_t c, const double* came, doubl
     const double h = body_.base.edge_at(body_.cell[c][0]);
     double least = std::numeric_limits<double>::infinity();  // kg
     for (const auto k : body_.cell[c]) least = std::min(least, body_.base.mass[k]);
-    const ShellVector change = came ? cell_at(body_, c, came) : ShellVector::Zero();
+    const ShellVector change = cell_at(body_, c, came);
     return across_stiffness(body_.matter[c], cell_at(body_, c, at_.data()), &change)
         .times(steepest * tau * tau / (h * h * least));
-}
-
-double ShellElasticity::stiffened_across(double tau) const
-{
-    double most = 0;
-    for (std::size_t c = 0; c < body_.cell.size(); ++c) {
-        most = std::max(most, across(c, nullptr, tau).whole);
-    }
-    return most;
 }
 
 bool ShellElasticity::look_back(const double* came, double tau)

@@ -37,7 +37,6 @@ public:
     dissection_with(const std::vector<std::uint32_t>& held,
                     const std::vector<std::array<std::uint32_t, 8>>& more,
                     const double* x) const override;
-    double stiffened_across(double tau) const override;
     bool look_back(const double* came, double tau) override;
 
 private:

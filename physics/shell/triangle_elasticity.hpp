@@ -48,7 +48,6 @@ public:
     std::vector<float> plastic_strain() const;
     bool may_flow() const override { return body_.options.plastic.yield > 0; }
     double flow(const double* x, double dt, Flow how) override;
-    double stiffened_across(double tau) const override;
     bool look_back(const double* came, double tau) override;
 
     std::shared_ptr<const Dissection>

@@ -14,18 +14,9 @@ AcrossStiffness TriangleElasticity::across(std::size_t t, const double* came, do
     double least = std::numeric_limits<double>::infinity();  // kg
     for (const auto k : own.corner) least = std::min(least, body_.base.mass[k]);
     const double steepest = rest.gradient.colwise().squaredNorm().maxCoeff();
-    const ShellVector change = came ? stretch_at(own, rest, came) : ShellVector::Zero();
+    const ShellVector change = stretch_at(own, rest, came);
     return across_stiffness(own.stretch, stretch_at(own, rest, at_.data()), &change)
         .times(steepest * tau * tau / least);
-}
-
-double TriangleElasticity::stiffened_across(double tau) const
-{
-    double most = 0;
-    for (std::size_t t = 0; t < shell_.triangle.size(); ++t) {
-        most = std::max(most, across(t, nullptr, tau).whole);
-    }
-    return most;
 }
 
 bool TriangleElasticity::look_back(const double* came, double tau)

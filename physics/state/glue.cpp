@@ -1,5 +1,6 @@
 #include "physics/state/glue.hpp"
 
+#include "geometry/base/stop.hpp"
 #include "geometry/base/union_find.hpp"
 #include "geometry/cubes/cube_finder.hpp"
 #include "geometry/cubes/trilinear.hpp"
@@ -109,6 +110,7 @@ void add_meetings(std::span<const Side> sides, std::size_t model, double reach, 
     const Side& side = sides[same ? 0 : model];
     const Side& other = sides[same ? 0 : 1 - model];
     for (std::uint32_t k = 0; k < side.cubes->corner_count(); ++k) {
+        geometry::stop_if_asked();
         const std::uint32_t own = side.part[k];
         const auto but = same ? std::optional(own) : std::nullopt;
         for (const auto& [part, near] :
@@ -145,22 +147,24 @@ Glued count_of(std::span<const Side> sides, const Meetings& meetings)
     return out;
 }
 
+constexpr double most_reach = 2;  // edges of the smaller cubes
+
 [[noreturn]] void fail_apart(std::span<const Side> sides, double edge, double reach)
 {
-    constexpr double farthest = 16;  // edges
-    for (double wider = 2 * reach; wider <= farthest * edge; wider *= 2) {
+    double tried = reach;
+    for (double wider = 2 * reach; wider <= most_reach * edge; wider *= 2) {
+        tried = wider;
         Meetings found;
         add_meetings(sides, 0, wider, found);
+        add_meetings(sides, 1, wider, found);
         if (found.empty()) continue;
         throw std::invalid_argument(fmt::format(
             "no two parts of `cubes` come nearer than {:.3g} m, and some come nearer than "
             "{:.3g} m: set reach = {:.3g}, or move the parts together",
             reach, wider, wider));
     }
-    throw std::invalid_argument(
-        fmt::format("no two parts of `cubes` come nearer than {:.3g} m: move "
-                    "the parts together",
-                    farthest * edge));
+    throw std::invalid_argument(fmt::format(
+        "no two parts of `cubes` come nearer than {:.3g} m: move the parts together", tried));
 }
 
 }  // namespace
@@ -177,6 +181,12 @@ PartJoint make_glue(std::span<const std::shared_ptr<const Cubes>> models, double
     // A second layer of corners is an edge away: half of that would take both where parts lie half
     // an edge apart.
     const double within = reach > 0 ? reach : edge / 4;
+    if (within > most_reach * edge) {
+        throw std::invalid_argument(fmt::format(
+            "expected a reach of at most {:.3g} m, two edges of the smaller cubes, found {:.3g} m: "
+            "move the parts together",
+            most_reach * edge, within));
+    }
     Meetings meetings;
     add_meetings(sides, 0, within, meetings);
     add_meetings(sides, 1, within, meetings);

@@ -20,7 +20,8 @@ struct Glued {
 // Of two models each part of the first with each of the second; of one, all of its parts. Of two
 // parts those corners count that lie within `reach` m of a cube of the other (0: a quarter of the
 // edge of the smaller cubes), and of the two sides that with more corners, as that of smaller cubes
-// has. Throws std::invalid_argument where no two parts come so near.
+// has. Throws std::invalid_argument where no two parts come so near, and for a reach above two
+// edges: what is farther out is no longer told by the cubes that it is nearest to.
 PartJoint make_glue(std::span<const std::shared_ptr<const geometry::Cubes>> models, double reach,
                     Glued* glued = nullptr);
 

@@ -4,9 +4,14 @@
 
 #include "geometry/cubes/cubes.hpp"
 #include "physics/state/cube_mass.hpp"
+#include "physics/state/loads.hpp"
 #include "physics/state/state.hpp"
 
 #include <Eigen/SVD>
+
+#include <algorithm>
+#include <memory>
+#include <vector>
 
 namespace fixtures {
 
@@ -35,6 +40,36 @@ inline BrickMotion brick_motion(const geometry::Cubes& cubes, const State& s)
         out.angular += s.x[k].cross(momenta[k]);
     }
     return out;
+}
+
+// Of several models, whose corners follow each other.
+inline BrickMotion brick_motion(const std::vector<std::shared_ptr<const geometry::Cubes>>& models,
+                                const State& s)
+{
+    BrickMotion out;
+    std::ptrdiff_t begin = 0;
+    for (const auto& cubes : models) {
+        const auto end = begin + std::ptrdiff_t(cubes->corner_count());
+        State own;
+        own.x.assign(s.x.begin() + begin, s.x.begin() + end);
+        own.v.assign(s.v.begin() + begin, s.v.begin() + end);
+        const BrickMotion motion = brick_motion(*cubes, own);
+        out.energy += motion.energy, out.linear += motion.linear, out.angular += motion.angular;
+        begin = end;
+    }
+    return out;
+}
+
+// Between what two parts carry at points of joints, m.
+inline double widest_gap(const std::vector<physics::JointPoint>& joints, const State& s)
+{
+    double most = 0;
+    for (const physics::JointPoint& p : joints) {
+        Vec3 sum = Vec3::Zero();
+        for (std::size_t i = 0; i < 16; ++i) sum += p.weight[i] * s.x[p.corner[i]];
+        most = std::max(most, sum.norm());
+    }
+    return most;
 }
 
 // The largest change of a distance between corners since rest: 0 for any rigid motion.

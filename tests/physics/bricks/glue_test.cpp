@@ -77,16 +77,7 @@ struct GluedScene {
         }
         return sum / count;
     }
-    double widest_gap() const
-    {
-        double most = 0;
-        for (const JointPoint& p : loads.joints) {
-            Vec3 sum = Vec3::Zero();
-            for (std::size_t i = 0; i < 16; ++i) sum += p.weight[i] * state.x[p.corner[i]];
-            most = std::max(most, sum.norm());
-        }
-        return most;
-    }
+    double widest_gap() const { return fixtures::widest_gap(loads.joints, state); }  // m
 };
 
 constexpr fixtures::Stuff rubber{.density = 1000, .young = 1e6, .poisson = 0.3};
@@ -145,27 +136,16 @@ TEST(Glue, HoldsAnElasticBarAtARigidBlockAndRigidBlocksAtEachOther)
         for (std::size_t k = 0; k < scene.state.x.size(); ++k) {  // spun and thrown
             scene.state.v[k] = Vec3(0.5, 1, 0) + Vec3(0, 3, 4).cross(scene.state.x[k]);
         }
-        const auto momenta = [&] {
-            Vec3 linear = Vec3::Zero(), angular = Vec3::Zero();
-            for (std::size_t m = 0; m < 2; ++m) {
-                const auto begin = std::ptrdiff_t(scene.first_corner(m));
-                const auto end = begin + std::ptrdiff_t(scene.cubes[m]->corner_count());
-                State own;
-                own.x.assign(scene.state.x.begin() + begin, scene.state.x.begin() + end);
-                own.v.assign(scene.state.v.begin() + begin, scene.state.v.begin() + end);
-                const auto motion = fixtures::brick_motion(*scene.cubes[m], own);
-                linear += motion.linear, angular += motion.angular;
-            }
-            return std::pair{linear, angular};
-        };
-        const auto [linear, angular] = momenta();
+        const auto before = fixtures::brick_motion(scene.cubes, scene.state);
         for (int frame = 0; frame < 24; ++frame) {
             scene.state = advance(scene.body, std::move(scene.state), scene.loads, 1.0 / 24);
             ASSERT_TRUE(scene.state.report.warnings.empty()) << scene.state.report.warnings[0];
             EXPECT_LT(scene.widest_gap(), rigid_bar ? 5e-4 : 5e-3) << frame;
         }
-        EXPECT_LT((momenta().first - linear).norm(), 1e-3 * linear.norm()) << rigid_bar;
-        EXPECT_LT((momenta().second - angular).norm(), 2e-2 * angular.norm()) << rigid_bar;
+        const auto after = fixtures::brick_motion(scene.cubes, scene.state);
+        EXPECT_LT((after.linear - before.linear).norm(), 1e-3 * before.linear.norm()) << rigid_bar;
+        EXPECT_LT((after.angular - before.angular).norm(), 2e-2 * before.angular.norm())
+            << rigid_bar;
     }
 }
 
@@ -215,11 +195,11 @@ TEST(Glue, JoinsAllPartsOfOneModelThatTouchAndCountsTheOthers)
 
 TEST(Glue, OfPartsThatAreApartNamesTheReachThatTheyNeed)
 {
-    const auto told = [](double gap) -> std::string {
+    const auto told = [](double gap, double reach = 0) -> std::string {
         try {
             make_joint(SomeCubes{shared(wall(), wall_at),
                                  shared(fixtures::box(4, 1, 1, 0.1, rubber), {gap, 0, 0})},
-                       {.kind = PartJointKind::glue});
+                       {.kind = PartJointKind::glue, .reach = reach});
         } catch (const std::invalid_argument& e) {
             return e.what();
         }
@@ -228,6 +208,8 @@ TEST(Glue, OfPartsThatAreApartNamesTheReachThatTheyNeed)
     EXPECT_EQ(told(0.02), "");
     EXPECT_NE(told(0.09).find("set reach = 0.1,"), std::string::npos) << told(0.09);
     EXPECT_NE(told(9).find("move the parts together"), std::string::npos) << told(9);
+    EXPECT_EQ(told(0.19, 0.2), "");
+    EXPECT_NE(told(0.02, 1000).find("at most 0.2 m"), std::string::npos) << told(0.02, 1000);
 }
 
 }  // namespace

@@ -77,17 +77,7 @@ struct Joined {
             loads.pins.target.push_back(at);
         }
     }
-    // m, the largest.
-    double gap() const
-    {
-        double most = 0;
-        for (const JointPoint& p : loads.joints) {
-            Vec3 sum = Vec3::Zero();
-            for (std::size_t i = 0; i < 16; ++i) sum += p.weight[i] * state.x[p.corner[i]];
-            most = std::max(most, sum.norm());
-        }
-        return most;
-    }
+    double gap() const { return fixtures::widest_gap(loads.joints, state); }  // m
     testing::AssertionResult step(double seconds = frame_seconds)
     {
         state = advance(body, std::move(state), loads, seconds);
@@ -97,25 +87,9 @@ struct Joined {
     }
 };
 
-// m v and x x m v of all, of masses lumped on corners as rigid parts and their joints have them.
-struct Momenta {
-    Vec3 linear = Vec3::Zero(), angular = Vec3::Zero();
-};
-Momenta momenta_of(const Joined& of)
+fixtures::BrickMotion momenta_of(const Joined& of)
 {
-    Momenta out;
-    std::size_t first = 0;
-    for (const auto& cubes : of.cubes) {
-        State own;
-        const auto begin = std::ptrdiff_t(first),
-                   end = begin + std::ptrdiff_t(cubes->corner_count());
-        own.x.assign(of.state.x.begin() + begin, of.state.x.begin() + end);
-        own.v.assign(of.state.v.begin() + begin, of.state.v.begin() + end);
-        const auto motion = fixtures::brick_motion(*cubes, own);
-        out.linear += motion.linear, out.angular += motion.angular;
-        first += cubes->corner_count();
-    }
-    return out;
+    return fixtures::brick_motion(of.cubes, of.state);
 }
 
 TEST(Joints, LinkAChainOfRigidBars)
@@ -172,9 +146,9 @@ TEST(Joints, KeepMomentaOfWhatFliesFreely)
         for (std::size_t k = 0; k < chain.state.v.size(); ++k) {
             chain.state.v[k] = Vec3(1, 0, 0) + Vec3(0, 0, 3).cross(chain.state.x[k]);
         }
-        const Momenta first = momenta_of(chain);
+        const fixtures::BrickMotion first = momenta_of(chain);
         for (int frame = 0; frame < 24; ++frame) ASSERT_TRUE(chain.step(1.0 / 96)) << frame;
-        const Momenta last = momenta_of(chain);
+        const fixtures::BrickMotion last = momenta_of(chain);
         EXPECT_LT((last.linear - first.linear).norm(), 1e-6 * first.linear.norm()) << rigid;
         EXPECT_LT((last.angular - first.angular).norm(), 0.01 * first.angular.norm()) << rigid;
         EXPECT_LT(chain.gap(), 1e-3) << rigid;
@@ -199,7 +173,7 @@ TEST(Joints, KeepTheAngularMomentumOfCubesOfOtherSizes)
             for (std::size_t k = 0; k < both[0]->corner_count(); ++k) {
                 pair.state.v[k] = Vec3(1, 0, 0).cross(pair.state.x[k]);
             }
-            const Momenta first = momenta_of(pair);
+            const fixtures::BrickMotion first = momenta_of(pair);
             for (int frame = 0; frame < (rigid ? 1 : 12); ++frame) ASSERT_TRUE(pair.step());
             const double off = (momenta_of(pair).angular - first.angular).norm();
             EXPECT_LT(off, 1e-9 * first.angular.norm()) << rigid << one << other;
@@ -251,9 +225,9 @@ TEST(Joints, KeepTheSpinOfWhatFliesFreelyInLongSteps)
         for (std::size_t k = 0; k < chain.state.v.size(); ++k) {
             chain.state.v[k] = Vec3(0, 0, 2 * std::numbers::pi).cross(chain.state.x[k]);
         }
-        const Momenta first = momenta_of(chain);
+        const fixtures::BrickMotion first = momenta_of(chain);
         for (int frame = 0; frame < 24; ++frame) ASSERT_TRUE(chain.step()) << frame;
-        const Momenta last = momenta_of(chain);
+        const fixtures::BrickMotion last = momenta_of(chain);
         EXPECT_LT((last.linear - first.linear).norm(), 1e-5 * first.linear.norm()) << rigid;
         EXPECT_LT((last.angular - first.angular).norm(), 0.02 * first.angular.norm()) << rigid;
         EXPECT_LT(chain.gap(), 5e-3) << rigid;
