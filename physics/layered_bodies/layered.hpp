@@ -74,8 +74,8 @@ struct LayeredState {
     std::vector<std::uint32_t> part;  // S, blend parts
     std::vector<geometry::BlendLink> links;
     std::vector<LayerBounce> bounces;  // of its skeletons with those of bodies after it
-    double last_step = 0;              // s; 0: before the first
-    double steps_per_second = 0;       // that Bullet needs for it as it is, see explicit_steps()
+    double lag = 0;  // s, by half of which velocities are behind places, see layered_fall.hpp
+    double steps_per_second = 0;  // that Bullet needs for it as it is, see explicit_steps()
     Report report;
 
     std::size_t bytes() const;

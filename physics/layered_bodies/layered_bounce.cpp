@@ -268,9 +268,11 @@ Impacts find_impacts(const LayeredScene& scene, const LayeredMoment& moment,
             const bool falls_on = free(body, f) && !impacts.on_weight[body];
             return falls_on ? along.head<3>().dot(gravity) : 0;
         };
-        impact.weight = weight(impact.body, impact.a, impact.along_a) +
-                        weight(impact.bounce.other, impact.b, impact.along_b);
-        impact.speed += 0.5 * times.lag * impact.weight;
+        const double weight_a = weight(impact.body, impact.a, impact.along_a);
+        const double weight_b = weight(impact.bounce.other, impact.b, impact.along_b);
+        impact.weight = weight_a + weight_b;
+        impact.speed +=
+            0.5 * (times.lag[impact.body] * weight_a + times.lag[impact.bounce.other] * weight_b);
         judge(std::max(falls, pressing * thinnest(moment, impact)), impact);
     }
     share_masses(impacts);

@@ -54,7 +54,7 @@ struct Impacts {
     std::vector<std::uint32_t> of_contact;  // of each contact of the moment; no_index: none
     std::vector<char> on_weight;  // of each body: contacts that rest, or stops, bear its weight
 
-    double lag = 0;  // s, see BounceTimes
+    std::vector<double> lag;  // see BounceTimes
 
     const Impact* of(std::size_t contact) const
     {
@@ -65,8 +65,8 @@ struct Impacts {
 };
 
 struct BounceTimes {
-    double asked = 0;  // s, longest step
-    double lag = 0;    // s, last step: velocities lag by half of it behind places
+    double asked = 0;         // s, longest step
+    std::vector<double> lag;  // s, by half of which the velocities of each body are behind places
 };
 
 // The contacts of a moment, and which of them bounce: what hits at more than twice the speed that

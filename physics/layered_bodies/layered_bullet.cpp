@@ -300,6 +300,8 @@ void BulletBodies::push(LayeredScene& scene, const LayeredMoment& moment,
         limb.body->applyTorque(to_bullet(force.tail<3>()));
     }
 
+    const std::vector<double> lag(scene.parts.size(), dt);
+
     // Each stop as a touching point of its own, without friction or bounce.
     std::vector<std::unique_ptr<btPersistentManifold>> stops;
     std::vector<btPersistentManifold*> manifolds;
@@ -311,7 +313,8 @@ void BulletBodies::push(LayeredScene& scene, const LayeredMoment& moment,
         btRigidBody* b = world_->body(stop.other, fb);
         if (a == b) continue;
         // Frames that are told where to be come on, or leave.
-        double room = stop_room(moment, stop, falls_together(scene, stop, world_->gravity), dt, dt);
+        double room =
+            stop_room(moment, stop, falls_together(scene, stop, world_->gravity, lag), dt);
         const auto closing = [&](std::size_t part, std::uint32_t f) {
             if (world_->moves(part)) return 0.0;
             const Twist& twist = moment.twists[part][f];

@@ -95,7 +95,7 @@ void add_rubbing(const LayeredMoment& moment, const LayerStop& stop, std::size_t
 }
 
 void add_stops(const LayeredScene& scene, const LayeredMoment& moment, const Vec3& gravity,
-               double last, LayeredSystem& system)
+               const std::vector<double>& lag, LayeredSystem& system)
 {
     for (const LayerStop& stop : moment.contacts.stops) {
         const std::uint32_t fa = scene.parts[stop.body].body->layer.frame[stop.skeleton];
@@ -105,7 +105,7 @@ void add_stops(const LayeredScene& scene, const LayeredMoment& moment, const Vec
         const Vec3 arm_b = stop.position - moment.frames[stop.other][fb].translation();
         const std::size_t before = system.stops.size();
         add_stop(system, a, b, arm_a, arm_b, stop.normal,
-                 stop_room(moment, stop, falls_together(scene, stop, gravity), system.dt, last));
+                 stop_room(moment, stop, falls_together(scene, stop, gravity, lag), system.dt));
         if (system.stops.size() > before && !scene.parts[stop.body].body->matter.rigid) {
             system.stops.back().body = stop.body, system.stops.back().other = stop.other;
         }
@@ -360,33 +360,56 @@ void add_weight(const LayeredScene& scene, std::size_t b, const LayeredWorld& wo
 
 }  // namespace
 
-double falls_together(const LayeredScene& scene, const LayerStop& stop, const Vec3& gravity)
+FallTogether falls_together(const LayeredScene& scene, const LayerStop& stop, const Vec3& gravity,
+                            const std::vector<double>& lag)
 {
+    const double along = stop.normal.dot(gravity);
     const auto falls = [&](std::uint32_t body) {
-        return scene.parts[body].body->base.kind == BaseKind::rigid ? 1 : 0;
+        return scene.parts[body].body->base.kind == BaseKind::rigid ? along : 0.0;
     };
-    return (falls(stop.other) - falls(stop.body)) * stop.normal.dot(gravity);
+    const double own = falls(stop.body), other = falls(stop.other);
+    return {other - own, 0.5 * (lag[stop.other] * other - lag[stop.body] * own)};
 }
 
-double stop_room(const LayeredMoment& moment, const LayerStop& stop, double fall, double dt,
-                 double last)
+namespace {
+
+double closing_speed(const LayeredMoment& moment, const LayerStop& stop)
+{
+    return stop.normal.dot(
+        velocity_at(moment.bodies[stop.other], stop.other_skeleton, stop.position) -
+        velocity_at(moment.bodies[stop.body], stop.skeleton, stop.position));
+}
+
+double bounce_of(const LayeredMoment& moment, const LayerStop& stop)
+{
+    const LayerMatter& own = moment.bodies[stop.body].matter;
+    return own.rigid ? std::max(own.bounce, moment.bodies[stop.other].matter.bounce) : 0;
+}
+
+}  // namespace
+
+bool bounces_off(const LayeredMoment& moment, const LayerStop& stop, const FallTogether& fall,
+                 double dt)
 {
     constexpr double least_speed = 0.3;  // m/s; below, what hits comes to rest
-    const ContactBody &own = moment.bodies[stop.body], &other = moment.bodies[stop.other];
+    if (!(bounce_of(moment, stop) > 0)) return false;
+    const double speed = closing_speed(moment, stop);
+    return speed > least_speed && stop.gap < (speed + dt * std::max(0.0, fall.rate)) * dt;
+}
+
+double stop_room(const LayeredMoment& moment, const LayerStop& stop, const FallTogether& fall,
+                 double dt)
+{
+    const ContactBody& own = moment.bodies[stop.body];
     const double kept =
         own.matter.rigid ? 0 : 0.1 * moment.fields[stop.body].profile[stop.skeleton].e;
-    const double bounce = own.matter.rigid ? std::max(own.matter.bounce, other.matter.bounce) : 0;
-    if (bounce > 0) {
-        const double speed =
-            stop.normal.dot(velocity_at(other, stop.other_skeleton, stop.position) -
-                            velocity_at(own, stop.skeleton, stop.position));
-        if (speed > least_speed && stop.gap < (speed + dt * std::max(0.0, fall)) * dt) {
-            // It bounces off the surface, not off where it is; velocities lag by half of the last
-            // step.
-            const double there = speed + 0.5 * last * fall, work = 2 * fall * stop.gap;
-            const double leaves_sq = bounce * bounce * (there * there + work) - work;
-            return -(std::sqrt(std::max(0.0, leaves_sq)) - 0.5 * dt * fall) * dt;
-        }
+    if (bounces_off(moment, stop, fall, dt)) {
+        // It bounces off the surface, not off where it is.
+        const double bounce = bounce_of(moment, stop);
+        const double there = closing_speed(moment, stop) + fall.behind;
+        const double work = 2 * fall.rate * stop.gap;
+        const double leaves_sq = bounce * bounce * (there * there + work) - work;
+        return -(std::sqrt(std::max(0.0, leaves_sq)) - 0.5 * dt * fall.rate) * dt;
     }
     const double clear = stop.gap - kept;
     return clear - 0.8 * std::min(0.0, clear) - stop.closing * dt;

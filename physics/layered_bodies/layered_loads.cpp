@@ -49,6 +49,7 @@ void add_wind(const LayeredScene& scene, const LayeredMoment& moment, const Forc
         const Vec3 arm = at - moment.frames[b][f].translation(), force = resistance * u;
         add_force(system, system.frame(b, f), force, arm.cross(force));
         add_hold(system, system.frame(b, f), arm, resistance * Mat3::Identity(), Mat3::Zero());
+        system.drag[system.frame(b, f)] += resistance;
     });
 }
 

@@ -5,6 +5,7 @@
 #include "physics/body/following_forces.hpp"
 #include "physics/layered_bodies/inner_motion.hpp"
 #include "physics/layered_bodies/layered_bullet.hpp"
+#include "physics/layered_bodies/layered_fall.hpp"
 #include "physics/layered_bodies/layered_forces.hpp"
 #include "physics/layered_bodies/layered_loads.hpp"
 #include "physics/layered_bodies/layered_motion.hpp"
@@ -158,7 +159,6 @@ void watch(const FilmFrame& frame, const LayeredMoment& moment, double done, dou
             update_parts(body, b, moment, h, state);
         }
         state.time += h;
-        state.last_step = h;
         state.report.steps += 1;
     }
 }
@@ -169,13 +169,19 @@ Drawn drawn_in(double done, double size, int steps)
     return done + size >= steps ? Drawn::all : Drawn::controlled;
 }
 
-void move_all(const LayeredSystem& system, const std::vector<Vec6>& dv, const Report& report,
-              LayeredScene& now)
+void move_all(const LayeredSystem& system, const std::vector<Vec6>& dv,
+              const std::vector<Vec3>& lifts, const Report& report, LayeredScene& now)
 {
     for (std::size_t b = 0; b < now.parts.size(); ++b) {
         const LayeredBody& body = *now.parts[b].body;
         LayeredState& state = now.states[b];
+        for (std::size_t f = 0; f < state.position.size(); ++f) {
+            state.position[f] += lifts[system.frame(b, f)];
+        }
         if (body.base.cubes) {
+            for (std::size_t k = 0; k < state.cubes.x.size(); ++k) {
+                state.cubes.x[k] += lifts[system.corner(b, k)];
+            }
             state.cubes.rotation = cube_rotations(system, b);
             move_cubes(body, std::span(dv).subspan(system.corner(b, 0)), system.dt, state);
         } else {
@@ -193,8 +199,7 @@ void move_all(const LayeredSystem& system, const std::vector<Vec6>& dv, const Re
 class ImplicitSteps {
 public:
     ImplicitSteps(const FilmFrame& frame, int steps, LayeredScene& now)
-        : frame_(frame), steps_(steps), whole_(frame.dt / steps), now_(now),
-          last_(now.states[0].last_step > 0 ? now.states[0].last_step : whole_),
+        : frame_(frame), steps_(steps), whole_(frame.dt / steps), now_(now), last_(whole_),
           changes_(std::any_of(now.parts.begin(), now.parts.end(),
                                [](const LayeredPart& part) { return part.change != nullptr; }))
     {}
@@ -248,7 +253,7 @@ private:
             : moment(steps.now_, steps.whole_, drawn),
               system(make_system(steps.now_, moment, steps.whole_ * steps.size_)),
               impacts(find_impacts(steps.now_, moment, system, steps.frame_.fall,
-                                   {steps.frame_.asked, steps.last_}))
+                                   {steps.frame_.asked, steps.lags()}))
         {}
     };
 
@@ -274,34 +279,28 @@ private:
     {
         before_ = Before{now_.states, done_, last_};
         add_forces(now_, moment, frame_.world, impacts, system);
-        add_lag(impacts, system);
+        const std::vector<char> lags = will_lag(now_, moment, impacts, frame_.fall, system.dt);
+        add_lag(now_, lags, frame_.fall, system);
         aim(impacts, system);
         Report report;
         const std::vector<Vec6> dv = solve(system, report);
         spent_.take(system);
         keep(impacts, system, dv, now_);
         watch(frame_, moment, done_, size_, steps_, now_);
-        move_all(system, dv, report, now_);
+        move_all(system, dv, lifts(now_, lags, frame_.fall, system, dv), report, now_);
+        for (std::size_t b = 0; b < lags.size(); ++b) {
+            now_.states[b].lag = lags[b] != 0 ? system.dt : 0;
+        }
         done_ += size_;
         last_ = system.dt;
         if (done_ >= careful_until_) size_ = std::min(1.0, 2 * size_);
     }
 
-    // Weight changes velocities from the middle of the last step to the middle of the next.
-    void add_lag(const Impacts& impacts, LayeredSystem& system) const
+    std::vector<double> lags() const
     {
-        if (last_ == system.dt) return;
-        const double share = 0.5 * (last_ / system.dt - 1);
-        for (std::size_t b = 0; b < now_.parts.size(); ++b) {
-            const BaseKind kind = now_.parts[b].body->base.kind;
-            const bool flies =
-                kind == BaseKind::rigid || kind == BaseKind::particles || kind == BaseKind::net;
-            if (!flies || impacts.on_weight[b]) continue;
-            for (std::size_t f = 0; f < mass_count(now_.parts[b].body->base); ++f) {
-                const std::size_t at = system.frame(b, f);
-                add_force(system, at, share * system.mass[at](0, 0) * frame_.fall);
-            }
-        }
+        std::vector<double> out;
+        for (const LayeredState& state : now_.states) out.push_back(state.lag);
+        return out;
     }
 
     struct Before {
@@ -357,6 +356,7 @@ int step_with_bullet(const FilmFrame& frame, int steps, int most, LayeredScene& 
         const double enough = std::min({1.1 * wanted.steps, 3.0 * steps, double(most)});
         return std::max(steps + 1, static_cast<int>(enough));
     };
+    const std::vector<double> lag(now.parts.size(), h);  // from the middle of the last step
     ExplicitSteps hardest;
     for (int step = 0; step <= steps; ++step) {
         geometry::stop_if_asked();
@@ -370,7 +370,7 @@ int step_with_bullet(const FilmFrame& frame, int steps, int most, LayeredScene& 
         change_shapes(frame.told, static_cast<double>(at) / steps, now);
         const LayeredMoment moment(now, h, drawn_in(step, 1, steps));
         LayeredSystem system = make_system(now, moment, h, RigidBodies::bullet);
-        Impacts impacts = find_impacts(now, moment, system, frame.fall, {frame.asked, h});
+        Impacts impacts = find_impacts(now, moment, system, frame.fall, {frame.asked, lag});
         add_forces(now, moment, frame.world, impacts, system);
         const ExplicitSteps wanted = explicit_steps(now, system, frame.dt);
         if (wanted.steps > steps && steps < most) return begin_again(wanted);

@@ -82,7 +82,8 @@ void add_cubes(const LayeredScene& scene, std::size_t b, LayeredSystem& system)
     carrier.elasticity->add_diagonal(carrier.diagonal.data());
     for (std::size_t k = 0; k < body.corners; ++k) {
         const std::size_t slot = body.slot_of(k);
-        const double drag = system.dt * body.damping_of(slot);
+        system.drag.push_back(body.damping_of(slot));
+        const double drag = system.dt * system.drag.back();
         Vec6 v = Vec6::Zero(), right = Vec6::Zero();
         for (std::size_t i = 0; i < 3; ++i) {
             const auto axis = static_cast<Eigen::Index>(i);
@@ -198,6 +199,7 @@ LayeredSystem make_system(const LayeredScene& scene, const LayeredMoment& moment
         }
     }
     system.right.assign(system.velocity.size(), Vec6::Zero());
+    system.drag.assign(system.velocity.size(), 0);
     if (bullet)
         system.held_damping = system.held_stiffness = {system.velocity.size(), Mat6::Zero()};
     system.first_corner.resize(scene.parts.size());
@@ -215,6 +217,7 @@ void add_force(LayeredSystem& system, std::size_t f, const Vec3& force, const Ve
 
 void add_drag(LayeredSystem& system, std::size_t f, double rate)
 {
+    system.drag[f] += rate * system.mass[f](0, 0);
     system.right[f] -= system.dt * rate * (system.mass[f] * system.velocity[f]);
     system.diagonal[f] += system.dt * rate * system.mass[f];
 }

@@ -46,6 +46,7 @@ struct LayeredSystem {
     std::vector<BaseKind> kind;                          // of held frames: still
     std::vector<char> held;
     std::vector<Mat6> mass, diagonal;
+    std::vector<double> drag;                        // kg/s, by air
     std::vector<Mat6> held_stiffness, held_damping;  // sums of J^T K J, J^T C J
     std::vector<SystemPair> pairs;
     std::vector<SystemStop> stops;

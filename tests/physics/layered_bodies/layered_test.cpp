@@ -42,8 +42,7 @@ TEST(Layered, ABallFallsFreely)
     LayeredScene scene = scene_of({ball({0, 10, 0})});
     for (int i = 0; i < 100; ++i) scene = advance(scene, {}, 0.01, 1);
     EXPECT_NEAR(scene.states[0].velocity[0].y(), -9.81, 1e-10);
-    // Symplectic: x = x0 - g dt^2 n (n + 1) / 2.
-    EXPECT_NEAR(scene.states[0].position[0].y(), 10 - 9.81 * 1e-4 * 100 * 101 / 2, 1e-9);
+    EXPECT_NEAR(scene.states[0].position[0].y(), 10 - 9.81 / 2, 1e-9);
 }
 
 TEST(Layered, ABallComesToRestWhereItsLayerCarriesIt)
