@@ -5,6 +5,7 @@
 #include "nodes/wire_types.hpp"
 #include "physics/layered_bodies/join_substances.hpp"
 #include "physics/layered_bodies/layered_body.hpp"
+#include "physics/layered_bodies/layered_loads.hpp"
 #include "physics/layered_bodies/substance_parts.hpp"
 
 #include <fmt/format.h>
@@ -78,6 +79,8 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     warn_of_loose_nets(parts, context);
     physics::LayeredWorld world{in.gravity, in.drag, in.rigid_bodies};
     for (const auto& force : in.forces) world.forces.push_back(*force);
+    for (const auto& warning : physics::far_point_forces(parts, world.forces))
+        context.warn(warning);
     Outputs out;
     out.scene = in.last
                     ? physics::advance(*in.last, parts, world, context.frame_seconds(), in.substeps)

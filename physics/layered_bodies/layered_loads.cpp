@@ -2,6 +2,9 @@
 
 #include "physics/layers/velocity_at.hpp"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <limits>
 
 namespace physics {
@@ -53,19 +56,39 @@ void add_wind(const LayeredScene& scene, const LayeredMoment& moment, const Forc
     });
 }
 
+// m: where a sample is as its body is drawn, where that has `field`.
+Vec3 drawn_sample(const LayeredBody& body, const Field& field, std::uint32_t s, std::size_t i,
+                  const Mat3& turn)
+{
+    const Vec3& direction = body.samples.direction[i];
+    const double thickness =
+        body.layer.contributions[s].thickness * geometry::width_along(field, s, turn * direction);
+    return body.base.frames[body.layer.frame[s]] * (body.samples.origin[i] + thickness * direction);
+}
+
+// Whether a point force has something to act on of a body that feels forces.
+bool acts_near(const LayeredBody& body, const Force& force)
+{
+    const Field field = geometry::make_field(body.layer, body.base.frames);
+    if (geometry::value_at(field, force.position).f >= field.isovalue) return true;
+    const double reach = force.radius + body.sample_spacing;
+    for (std::uint32_t s = 0; s < body.samples.skeletons(); ++s) {
+        const Mat3 turn = body.base.frames[body.layer.frame[s]].linear();
+        for (std::size_t i = body.samples.first[s]; i < body.samples.first[s + 1]; ++i) {
+            const Vec3 at = drawn_sample(body, field, s, i, turn);
+            if ((at - force.position).norm() <= reach) return true;
+        }
+    }
+    return false;
+}
+
 void add_point(const LayeredScene& scene, const LayeredMoment& moment, const Force& point,
                LayeredSystem& system)
 {
-
     const auto distance_sq = [&](std::size_t b, std::uint32_t s, std::size_t i) {
         const LayeredBody& body = *scene.parts[b].body;
-        const std::uint32_t f = body.layer.frame[s];
-        const Vec3& direction = body.samples.direction[i];
-        const double thickness =
-            body.layer.contributions[s].thickness *
-            geometry::width_along(moment.fields[b], s, moment.frames[b][f].linear() * direction);
-        const Vec3 drawn = body.base.frames[f] * (body.samples.origin[i] + thickness * direction);
-        return (drawn - point.position).squaredNorm();
+        const Mat3 turn = moment.frames[b][body.layer.frame[s]].linear();
+        return (drawn_sample(body, moment.fields[b], s, i, turn) - point.position).squaredNorm();
     };
     const auto weight = [&](std::size_t b, std::size_t i, double d_sq) {
         const double near = 1 - d_sq / (point.radius * point.radius);
@@ -100,6 +123,28 @@ Vec3 free_fall(const LayeredWorld& world)
         if (force.kind == Force::Kind::gravity) sum += force.acceleration;
     }
     return sum;
+}
+
+std::vector<std::string> far_point_forces(std::span<const LayeredPart> parts,
+                                          std::span<const Force> forces)
+{
+    std::vector<std::string> out;
+    const auto feels = [](const LayeredPart& part) { return !is_told(part.body->base.kind); };
+    if (std::none_of(parts.begin(), parts.end(), feels)) return out;
+    for (std::size_t i = 0; i < forces.size(); ++i) {
+        const Force& force = forces[i];
+        if (force.kind != Force::Kind::point || force.force.isZero(0)) continue;
+        const auto near = [&](const LayeredPart& part) {
+            return feels(part) && acts_near(*part.body, force);
+        };
+        if (std::any_of(parts.begin(), parts.end(), near)) continue;
+        out.push_back(fmt::format(
+            "Point force {} of {} has no layer within its radius: all of it acts on the surface "
+            "nearest to its position. Positions are those of the bodies as they are drawn; move "
+            "the force there, or increase its radius.",
+            i + 1, forces.size()));
+    }
+    return out;
 }
 
 void add_fields(const LayeredScene& scene, const LayeredMoment& moment,

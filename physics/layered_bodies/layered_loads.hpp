@@ -14,11 +14,19 @@
 #include "physics/layered_bodies/layered_system.hpp"
 
 #include <span>
+#include <string>
+#include <vector>
 
 namespace physics {
 
 // m/s^2: how all that is free falls: the world's gravity and that of its fields.
 Vec3 free_fall(const LayeredWorld& world);
+
+// A warning for each point force with no surface within its radius and the spacing of samples, nor
+// around it, as bodies are drawn: all of it acts on the nearest sample. Zero forces are left out.
+// The text holds no numbers but the force's own, so that a moving force is told of once.
+std::vector<std::string> far_point_forces(std::span<const LayeredPart> parts,
+                                          std::span<const Force> forces);
 
 void add_fields(const LayeredScene& scene, const LayeredMoment& moment,
                 std::span<const Force> forces, LayeredSystem& system);

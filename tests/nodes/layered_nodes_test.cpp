@@ -39,6 +39,25 @@ Value part_of(const std::vector<Vec3>& points, BaseKind kind)
 
 }  // namespace
 
+TEST(Layered, TellsOfAPointForceFarFromAllLayers)
+{
+    const auto warnings = [](const Vec3& position) {
+        NodeRun node("Layered");
+        node.inputs["parts"] = {part_of({{0, 0, 0}}, BaseKind::rigid)};
+        physics::Force force;
+        force.kind = physics::Force::Kind::point;
+        force.force = {1, 0, 0};
+        force.position = position;
+        force.radius = 0.1;
+        node.inputs["forces"] = {Value::of(force)};
+        node.run();
+        return node.warnings;
+    };
+    EXPECT_TRUE(warnings({0.15, 0, 0}).empty());
+    ASSERT_EQ(warnings({50, 0, 0}).size(), 1u);
+    EXPECT_NE(warnings({50, 0, 0})[0].find("no layer within its radius"), std::string::npos);
+}
+
 TEST(Springs, JoinFramesInReachAndRefuseAnEmptyNetwork)
 {
     NodeRun springs("Springs");

@@ -113,6 +113,30 @@ TEST_P(LayeredLoads, APointForceTakesAStretchedLayerWhereItEnds)
     EXPECT_NEAR(scene.states[1].velocity[0].norm(), 0, 1e-12);
 }
 
+// Within the radius of a surface, inside of a body, and beside all of them.
+TEST(LayeredForces, APointForceFarFromAllLayersIsTold)
+{
+    std::vector<LayeredPart> parts(2);
+    parts[0].body = std::make_shared<const LayeredBody>(ball({0, 0, 0}));
+    parts[1].body = std::make_shared<const LayeredBody>(floor_at(-1));
+    Force force;
+    force.kind = Force::Kind::point;
+    force.force = {1, 0, 0};
+    force.radius = 0.1;
+    const auto told = [&](const Vec3& position) {
+        force.position = position;
+        return far_point_forces(parts, std::vector<Force>{Force{}, force});
+    };
+    EXPECT_TRUE(told({0.19, 0, 0}).empty());
+    EXPECT_TRUE(told({0, 0, 0}).empty());
+    ASSERT_EQ(told({50, 0, 0}).size(), 1u);
+    EXPECT_NE(told({50, 0, 0})[0].find("Point force 2 of 2 has no layer within its radius"),
+              std::string::npos);
+    EXPECT_EQ(told({0, -1, 0}).size(), 1u) << "bodies that are told where to be feel no forces";
+    force.force.setZero();
+    EXPECT_TRUE(told({50, 0, 0}).empty());
+}
+
 TEST_P(LayeredLoads, NumbersThatAreNoneAreRefused)
 {
     Force force;
