@@ -42,18 +42,33 @@ double restitution_sq(const LayeredMoment& moment, const LayerContact& contact, 
     return ki + kj > 0 ? (own_sq * kj + other_sq * ki) / (ki + kj) : own_sq;
 }
 
-// The push on `body` at a contact, along its inward normal, as what multiplies its velocity.
-Vec6 inward(const LayerContact& contact, const Transform& frame)
+// The frame as the impact pushes it.
+ImpactFrame& pushed_frame(Impact& impact, const FrameRow& row)
 {
-    const Vec3 arm = contact.position - frame.translation();
-    Vec6 along;
-    along << -contact.normal, -arm.cross(contact.normal);
-    return along;
+    for (ImpactFrame& known : impact.frames) {
+        if (known.frame == row.frame) return known;
+    }
+    return impact.frames.emplace_back(ImpactFrame{row.body, row.frame});
+}
+
+// m/s, how fast a contact parts: with its frames, and as what changes its shape does.
+double parting_at(const LayeredMoment& moment, const LayeredSystem& system,
+                  const LayerContact& contact, const ContactRows& rows)
+{
+    const auto of = [&](const ContactBody& body, std::uint32_t skeleton) {
+        return rows.blended ? change_at(body, skeleton, contact.position)
+                            : velocity_at(body, skeleton, contact.position);
+    };
+    double speed = contact.normal.dot(of(moment.bodies[contact.other], contact.other_skeleton) -
+                                      of(moment.bodies[contact.body], contact.skeleton));
+    if (!rows.blended) return speed;
+    for (const FrameRow& row : rows.rows) speed += row.along.dot(system.velocity[row.frame]);
+    return speed;
 }
 
 // Adds what a sample in contact tells of its two skeletons' impact.
-void add_sample(const LayeredScene& scene, const LayeredMoment& moment, const LayerContact& contact,
-                bool swapped, Impact& impact)
+void add_sample(const LayeredScene& scene, const LayeredMoment& moment, const LayeredSystem& system,
+                const LayerContact& contact, const ContactRows& rows, Impact& impact)
 {
     const LayerContactLaw law = contact_law(moment.bodies, contact);
     const bool rigid = scene.parts[contact.other].body->matter.rigid;
@@ -61,19 +76,9 @@ void add_sample(const LayeredScene& scene, const LayeredMoment& moment, const La
     const double slope = rigid ? si : si * sj / (si + sj);
     const double share = rigid ? 1 : 0.5;
     const double force = share * law.stiffness * contact.load;
-    const std::uint32_t fa = scene.parts[contact.body].body->layer.frame[contact.skeleton];
-    const std::uint32_t fb = scene.parts[contact.other].body->layer.frame[contact.other_skeleton];
-    Vec6 own = force * inward(contact, moment.frames[contact.body][fa]);
-    Vec6 other = -force * inward(contact, moment.frames[contact.other][fb]);
-    if (swapped) std::swap(own, other);
-    impact.along_a += own;
-    impact.along_b += other;
+    for (const FrameRow& row : rows.rows) pushed_frame(impact, row).along += force * row.along;
     impact.force += force;
-    impact.shape +=
-        force *
-        contact.normal.dot(
-            velocity_at(moment.bodies[contact.other], contact.other_skeleton, contact.position) -
-            velocity_at(moment.bodies[contact.body], contact.skeleton, contact.position));
+    impact.shape += force * parting_at(moment, system, contact, rows);
     impact.energy += 0.5 * force * contact.compression / slope;
     impact.depth = std::max(impact.depth, contact.compression / slope);
     impact.damping += share * law.damping * contact.area;
@@ -90,10 +95,10 @@ void gather_impacts(const LayeredScene& scene, const LayeredMoment& moment,
     impacts.of_contact.assign(contacts.size(), geometry::no_index);
     for (std::size_t c = 0; c < contacts.size(); ++c) {
         const LayerContact& contact = contacts[c];
+        impacts.rows.push_back(contact_rows(scene, moment, system, contact));
         if (!can_bounce(scene, contact.body) || !can_bounce(scene, contact.other)) continue;
         Side one{contact.body, contact.skeleton}, two{contact.other, contact.other_skeleton};
-        const bool swapped = two < one;
-        if (swapped) std::swap(one, two);
+        if (two < one) std::swap(one, two);
         const auto [entry, anew] =
             known.try_emplace({one, two}, static_cast<std::uint32_t>(impacts.all.size()));
         if (anew) {
@@ -108,7 +113,7 @@ void gather_impacts(const LayeredScene& scene, const LayeredMoment& moment,
                 system.frame(two.body, scene.parts[two.body].body->layer.frame[two.skeleton]);
             impacts.all.push_back(impact);
         }
-        add_sample(scene, moment, contact, swapped, impacts.all[entry->second]);
+        add_sample(scene, moment, system, contact, impacts.rows[c], impacts.all[entry->second]);
         impacts.of_contact[c] = entry->second;
     }
 }
@@ -141,6 +146,8 @@ void judge(double slow, Impact& impact)
         bounce.turned = false;  // hit again on its way out
         bounce.arrived = 0;
     }
+    // New, and on its way out: what is pressed there was pressed by others, which give it back.
+    if (!impact.known && impact.speed > slow) bounce.struck = bounce.turned = bounce.spent = true;
     if (bounce.struck || bounce.phase > 0 || !(impact.speed < -slow)) return;
     bounce.struck = true;
     bounce.spent = bounce.turned = false;
@@ -156,13 +163,13 @@ bool gives(const Impact& impact)
 // 1/kg: by how much a push at j changes u at i.
 double coupling(const Impact& i, const Impact& j)
 {
-    const auto at = [&](std::size_t frame) -> Vec6 {
-        Vec6 along = Vec6::Zero();
-        if (j.a == frame) along += j.gives_a;
-        if (j.b == frame) along += j.gives_b;
-        return along;
-    };
-    return i.along_a.dot(at(i.a)) + i.along_b.dot(at(i.b));
+    double sum = 0;
+    for (const ImpactFrame& at : i.frames) {
+        for (const ImpactFrame& by : j.frames) {
+            if (by.frame == at.frame) sum += at.along.dot(by.gives);
+        }
+    }
+    return sum;
 }
 
 // Of the mass that contacts of the same frames move together each takes as much as it is stiff:
@@ -229,6 +236,19 @@ double thinnest(const LayeredMoment& moment, const Impact& impact)
 
 }  // namespace
 
+double Impact::parting(const std::vector<Vec6>& v) const
+{
+    double sum = 0;
+    for (const ImpactFrame& at : frames) sum += at.along.dot(v[at.frame]);
+    return sum;
+}
+
+bool Impact::held(const LayeredSystem& system) const
+{
+    return std::any_of(frames.begin(), frames.end(),
+                       [&](const ImpactFrame& at) { return system.held[at.frame] != 0; });
+}
+
 Impacts find_impacts(const LayeredScene& scene, const LayeredMoment& moment,
                      const LayeredSystem& system, const Vec3& gravity, const BounceTimes& times)
 {
@@ -242,37 +262,32 @@ Impacts find_impacts(const LayeredScene& scene, const LayeredMoment& moment,
     std::vector<double> rate_sq(system.velocity.size(), 0);
     for (Impact& impact : impacts.all) {
         if (!(impact.force > 0) || impact.a == impact.b) continue;
-        impact.along_a /= impact.force;
-        impact.along_b /= impact.force;
-        const bool a = free(impact.body, impact.a), b = free(impact.bounce.other, impact.b);
-        if (a) impact.gives_a = given(system, impact.a, impact.along_a);
-        if (b) impact.gives_b = given(system, impact.b, impact.along_b);
-        const double yields =
-            impact.along_a.dot(impact.gives_a) + impact.along_b.dot(impact.gives_b);
+        double yields = 0;
+        for (ImpactFrame& at : impact.frames) {
+            at.along /= impact.force;
+            if (free(at.body, at.frame)) at.gives = given(system, at.frame, at.along);
+            yields += at.along.dot(at.gives);
+        }
         if (!(yields > 0)) continue;
         impact.mass = 1 / yields;
-        const double frames = impact.along_a.dot(system.velocity[impact.a]) +
-                              impact.along_b.dot(system.velocity[impact.b]);
         impact.speed = impact.shape / impact.force;
-        impact.shape = impact.speed - frames;
-        rate_sq[impact.a] += a ? impact.stiffness * yields : 0;
-        rate_sq[impact.b] += b ? impact.stiffness * yields : 0;
+        impact.shape = impact.speed - impact.parting(system.velocity);
+        for (const ImpactFrame& at : impact.frames) {
+            if (free(at.body, at.frame)) rate_sq[at.frame] += impact.stiffness * yields;
+        }
         recall(scene.states[impact.body].bounces, impact);
     }
     const double falls = 2 * times.asked * gravity.norm();
     impacts.on_weight = borne(scene, moment, impacts, 0.5 * falls);
     for (Impact& impact : impacts.all) {
         if (!(impact.mass > 0)) continue;
-        impact.rate = std::sqrt(std::max(rate_sq[impact.a], rate_sq[impact.b]));
-        const auto weight = [&](std::uint32_t body, std::size_t f, const Vec6& along) {
-            const bool falls_on = free(body, f) && !impacts.on_weight[body];
-            return falls_on ? along.head<3>().dot(gravity) : 0;
-        };
-        const double weight_a = weight(impact.body, impact.a, impact.along_a);
-        const double weight_b = weight(impact.bounce.other, impact.b, impact.along_b);
-        impact.weight = weight_a + weight_b;
-        impact.speed +=
-            0.5 * (times.lag[impact.body] * weight_a + times.lag[impact.bounce.other] * weight_b);
+        for (const ImpactFrame& at : impact.frames) {
+            impact.rate = std::max(impact.rate, std::sqrt(rate_sq[at.frame]));
+            if (!free(at.body, at.frame) || impacts.on_weight[at.body]) continue;
+            const double weight = at.along.head<3>().dot(gravity);
+            impact.weight += weight;
+            impact.speed += 0.5 * times.lag[at.body] * weight;
+        }
         judge(std::max(falls, pressing * thinnest(moment, impact)), impact);
     }
     share_masses(impacts);
@@ -342,9 +357,10 @@ void aim(Impacts& impacts, LayeredSystem& system)
 {
     for (Impact& impact : impacts.all) {
         if (!gives(impact)) continue;
-        aim(system.dt, system.held[impact.a] || system.held[impact.b], impact);
-        system.right[impact.a] += system.dt * impact.push * impact.along_a;
-        system.right[impact.b] += system.dt * impact.push * impact.along_b;
+        aim(system.dt, impact.held(system), impact);
+        for (const ImpactFrame& at : impact.frames) {
+            system.right[at.frame] += system.dt * impact.push * at.along;
+        }
     }
 }
 
@@ -356,13 +372,12 @@ void keep(const Impacts& impacts, const LayeredSystem& system, const std::vector
         if (!(impact.mass > 0)) continue;
         LayerBounce bounce = impact.bounce;
         if (bounce.struck) {
-            const double after = impact.along_a.dot(system.velocity[impact.a] + dv[impact.a]) +
-                                 impact.along_b.dot(system.velocity[impact.b] + dv[impact.b]) -
+            const double after = impact.parting(system.velocity) + impact.parting(dv) -
                                  0.5 * system.dt * impact.weight + impact.shape;
             bounce.stored -= 0.5 * system.dt * impact.push * (impact.speed + after);
             // Under Bullet what has come to rest while it is pressed in stays so.
-            const bool held = system.held[impact.a] || system.held[impact.b];
-            const double slow = held ? 0.05 * std::sqrt(2 * bounce.arrived / impact.mass) : 0;
+            const double slow =
+                impact.held(system) ? 0.05 * std::sqrt(2 * bounce.arrived / impact.mass) : 0;
             if (impact.speed < -slow) bounce.phase += system.dt * impact.rate;
         }
         scene.states[impact.body].bounces.push_back(bounce);

@@ -21,22 +21,29 @@
 //
 // u: speed of parting, along the forces' sum: what u is multiplied with gives their power.
 
-#include "physics/layered_bodies/layered_system.hpp"
+#include "physics/layered_bodies/contact_rows.hpp"
 
 namespace physics {
 
+// A frame that a contact pushes.
+struct ImpactFrame {
+    std::uint32_t body = 0;
+    std::size_t frame = 0;  // in the system
+    Vec6 along = Vec6::Zero();
+    Vec6 gives = Vec6::Zero();  // dv by an impulse of 1; 0 where it is not free
+};
+
 // A contact of two skeletons in a step.
 struct Impact {
-    std::uint32_t body = 0;                               // whose state keeps the count
-    LayerBounce bounce;                                   // as it is kept for the next step
-    std::size_t a = 0, b = 0;                             // frames in the system
-    Vec6 along_a = Vec6::Zero(), along_b = Vec6::Zero();  // u = along_a . v_a + along_b . v_b
-    Vec6 gives_a = Vec6::Zero(), gives_b = Vec6::Zero();  // dv by an impulse of 1, of free frames
-    double force = 0;                                     // N, of elasticity
-    double energy = 0;                                    // J, that elasticity holds at this depth
-    double depth = 0;                                     // m, at its deepest
-    double stiffness = 0;                                 // N/m
-    double damping = 0;                                   // N s/m, by friction
+    std::uint32_t body = 0;           // whose state keeps the count
+    LayerBounce bounce;               // as it is kept for the next step
+    std::size_t a = 0, b = 0;         // frames in the system
+    std::vector<ImpactFrame> frames;  // u = sum along . v
+    double force = 0;                 // N, of elasticity
+    double energy = 0;                // J, that elasticity holds at this depth
+    double depth = 0;                 // m, at its deepest
+    double stiffness = 0;             // N/m
+    double damping = 0;               // N s/m, by friction
     double restitution_sq = 0;
     double mass = 0;     // kg, that takes part; of several contacts of a frame each one's
     double rate = 0;     // rad/s, of all contacts of its frames
@@ -47,11 +54,14 @@ struct Impact {
     bool known = false;  // touched in the step before
 
     bool bounces() const { return bounce.struck; }
+    double parting(const std::vector<Vec6>& v) const;  // m/s
+    bool held(const LayeredSystem& system) const;      // whether Bullet moves any of its frames
 };
 
 struct Impacts {
     std::vector<Impact> all;                // by bodies and skeletons
     std::vector<std::uint32_t> of_contact;  // of each contact of the moment; no_index: none
+    std::vector<ContactRows> rows;          // of each contact
     std::vector<char> on_weight;  // of each body: contacts that rest, or stops, bear its weight
 
     std::vector<double> lag;  // see BounceTimes

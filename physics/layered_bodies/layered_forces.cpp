@@ -25,13 +25,14 @@ void damp_resting(const Impacts& impacts, LayeredSystem& system)
 {
     for (const Impact& impact : impacts.all) {
         if (impact.bounces() || !(impact.rate > 0)) continue;
-        const bool held = system.held[impact.a] || system.held[impact.b];
-        const double u = impact.along_a.dot(system.velocity[impact.a]) +
-                         impact.along_b.dot(system.velocity[impact.b]) + impact.shape;
-        const double c = resting_damping(impact, held, u);
-        system.right[impact.a] -= system.dt * c * u * impact.along_a;
-        system.right[impact.b] -= system.dt * c * u * impact.along_b;
-        add_damping(system, impact.a, impact.b, impact.along_a, impact.along_b, c);
+        const double u = impact.parting(system.velocity) + impact.shape;
+        const double c = resting_damping(impact, impact.held(system), u);
+        std::vector<FrameRow> rows;
+        for (const ImpactFrame& at : impact.frames) {
+            system.right[at.frame] -= system.dt * c * u * at.along;
+            rows.push_back({at.body, at.frame, at.along});
+        }
+        add_along(system, rows, c, 0);
     }
 }
 
@@ -63,15 +64,25 @@ void add_contacts(const LayeredScene& scene, const LayeredMoment& moment, const 
         const Vec3 arm_b = contact.position - moment.frames[contact.other][fb].translation();
         const Impact* const impact = impacts.of(c);
         const bool bounces = impact && impact->bounces();
+        const ContactRows& pushed = impacts.rows[c];
         const bool held = system.held[a] || system.held[b];
-        if (bounces) {  // its elasticity is counted, and comes by aim()
-            const Vec3 force = (rigid ? 1 : 0.5) * law.stiffness * contact.load * contact.normal;
+        const double load = (rigid ? 1 : 0.5) * law.stiffness * contact.load;
+        if (bounces || pushed.blended) {
+            const Vec3 force = load * contact.normal;
             add_force(system, a, force, arm_a.cross(force));
             add_force(system, b, -force, -arm_b.cross(force));
         }
+        const double stiffness = bounces && !held ? 0 : share * K;
         add_pair(system, a, b, arm_a, arm_b,
                  share * (law.along * Mat3::Identity() + (law.damping - law.along) * across),
-                 bounces && !held ? Mat3(Mat3::Zero()) : Mat3(share * K * across));
+                 pushed.blended ? Mat3(Mat3::Zero()) : Mat3(stiffness * across));
+        if (!pushed.blended) continue;
+        if (!bounces) {  // else its elasticity is counted, and comes by aim()
+            for (const FrameRow& row : pushed.rows) {
+                system.right[row.frame] += system.dt * load * row.along;
+            }
+        }
+        add_along(system, pushed.rows, 0, stiffness);
     }
     damp_resting(impacts, system);
 }
@@ -254,8 +265,8 @@ void add_row(const JointMoment& at, const JointRow& row, double f, double stiffn
     add_pair(system, at.a, at.b, row.arm_a, row.arm_b, C, K);
 }
 
-// As hinges: by springs so stiff that a step leaves a hundredth of what is out of place, and a
-// tenth of what is beyond a limit. Held frames are joined by Bullet.
+// As hinges: by springs so stiff that a step leaves a hundredth of what is out of place, and
+// a tenth of what is beyond a limit. Held frames are joined by Bullet.
 void add_joint(const JointMoment& at, LayeredSystem& system)
 {
     const double dt = system.dt;

@@ -235,18 +235,36 @@ void add_angular_pair(LayeredSystem& system, std::size_t a, std::size_t b, const
     add_terms(system, a, b, angular_jacobian(), angular_jacobian(), C, K);
 }
 
-void add_damping(LayeredSystem& system, std::size_t a, std::size_t b, const Vec6& along_a,
-                 const Vec6& along_b, double c)
+void add_along(LayeredSystem& system, std::span<const FrameRow> rows, double c, double k)
 {
-    if (system.kind[a] == BaseKind::still && system.kind[b] == BaseKind::still) {
-        const double times = system.held[a] && system.held[b] ? 2 : 1;
-        if (system.held[a]) system.held_damping[a] += times * c * along_a * along_a.transpose();
-        if (system.held[b]) system.held_damping[b] += times * c * along_b * along_b.transpose();
-        return;
+    double u = 0, held = 0;
+    bool moves = false;
+    for (const FrameRow& row : rows) {
+        u += row.along.dot(system.velocity[row.frame]);
+        held += system.held[row.frame] != 0 ? 1 : 0;
+        moves |= system.kind[row.frame] != BaseKind::still;
     }
-    system.diagonal[a] += system.dt * c * along_a * along_a.transpose();
-    system.diagonal[b] += system.dt * c * along_b * along_b.transpose();
-    system.pairs.push_back({a, b, system.dt * c * along_a * along_b.transpose()});
+    const double left = system.dt * c + system.dt * system.dt * k;
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+        const std::size_t f = rows[i].frame;
+        const Mat6 own = rows[i].along * rows[i].along.transpose();
+        if (system.held[f]) {
+            system.held_stiffness[f] += held * k * own;
+            system.held_damping[f] += held * c * own;
+        }
+        if (!moves) continue;
+        system.right[f] -= system.dt * system.dt * k * u * rows[i].along;
+        system.diagonal[f] += left * own;
+        for (std::size_t j = i + 1; j < rows.size(); ++j) {
+            const Mat6 off = left * rows[i].along * rows[j].along.transpose();
+            if (rows[j].frame == f) {
+                system.diagonal[f] += off + off.transpose();
+            } else {
+                system.pairs.push_back({f, rows[j].frame, off});
+            }
+        }
+    }
+    if (system.pairs.size() >= 4096 + 2 * system.merged) merge_pairs(system);
 }
 
 void add_hold(LayeredSystem& system, std::size_t f, const Vec3& arm, const Mat3& C, const Mat3& K)

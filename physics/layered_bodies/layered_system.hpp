@@ -15,6 +15,7 @@
 #include "physics/layered_bodies/cube_carrier.hpp"
 #include "physics/layered_bodies/layered_moment.hpp"
 
+#include <span>
 #include <vector>
 
 namespace physics {
@@ -23,6 +24,13 @@ namespace physics {
 struct SystemPair {
     std::size_t a, b;
     Mat6 off;  // row a, column b
+};
+
+// A frame's part of a speed  u = sum along . v.
+struct FrameRow {
+    std::uint32_t body = 0;
+    std::size_t frame = 0;
+    Vec6 along = Vec6::Zero();
 };
 
 // Speed of parting u = along_a . v_a + along_b . v_b must be at least -room.
@@ -75,9 +83,8 @@ void add_pair(LayeredSystem& system, std::size_t a, std::size_t b, const Vec3& a
 void add_angular_pair(LayeredSystem& system, std::size_t a, std::size_t b, const Mat3& C,
                       const Mat3& K);
 
-// The same of a damping c (along_a . v_a + along_b . v_b).
-void add_damping(LayeredSystem& system, std::size_t a, std::size_t b, const Vec6& along_a,
-                 const Vec6& along_b, double c);
+// The same of a damping c and a stiffness k of  u = sum along . v  over rows.
+void add_along(LayeredSystem& system, std::span<const FrameRow> rows, double c, double k);
 
 // The same against the world: a point of the frame, or its turning.
 void add_hold(LayeredSystem& system, std::size_t f, const Vec3& arm, const Mat3& C, const Mat3& K);
