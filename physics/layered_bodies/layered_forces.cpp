@@ -177,8 +177,15 @@ double mean_inertia(const LayeredSystem& system, std::size_t f)
     return system.mass[f].bottomRightCorner<3, 3>().trace() / 3;
 }
 
+// The share of what is out of place that joints close in a step: all of it in a whole one. Were it
+// so in steps cut short, these would throw limbs apart by the speed that it takes.
+double closes(const LayeredSystem& system)
+{
+    return system.dt / system.longest;
+}
+
 // A hinge's two points, half a radius of gyration to either side, are held together by springs so
-// stiff that a step leaves a hundredth of what was apart.
+// stiff that a whole step leaves a hundredth of what was apart.
 void join_hinge(const Hinge& hinge, const Transform& at_a, const Transform& at_b, std::size_t a,
                 std::size_t b, double inertia, LayeredSystem& system)
 {
@@ -189,7 +196,7 @@ void join_hinge(const Hinge& hinge, const Transform& at_a, const Transform& at_b
         const Vec3 pa = at_a * (hinge.point_a + side * hinge.axis_a);
         const Vec3 pb = at_b * (hinge.point_b + side * hinge.axis_b);
         const Vec3 arm_a = pa - at_a.translation(), arm_b = pb - at_b.translation();
-        const Vec3 force = -k * (pa - pb);
+        const Vec3 force = -k * closes(system) * (pa - pb);
         add_force(system, a, force, arm_a.cross(force));
         add_force(system, b, -force, -arm_b.cross(force));
         add_pair(system, a, b, arm_a, arm_b, Mat3::Zero(), k * Mat3::Identity());
@@ -217,7 +224,7 @@ void add_hinges(const LayeredScene& scene, const LayeredMoment& moment, std::siz
             if (beyond != 0) {  // as stiff as the joint, nearly
                 const double stop = 10 * inertia / (system.dt * system.dt);
                 stiffness += stop;
-                torque -= stop * beyond;
+                torque -= stop * closes(system) * beyond;
             }
         }
         const Vec3 spin = moment.twists[b][hinge.b].angular - moment.twists[b][hinge.a].angular;
@@ -265,7 +272,7 @@ void add_row(const JointMoment& at, const JointRow& row, double f, double stiffn
     add_pair(system, at.a, at.b, row.arm_a, row.arm_b, C, K);
 }
 
-// As hinges: by springs so stiff that a step leaves a hundredth of what is out of place, and
+// As hinges: by springs so stiff that a whole step leaves a hundredth of what is out of place, and
 // a tenth of what is beyond a limit. Held frames are joined by Bullet.
 void add_joint(const JointMoment& at, LayeredSystem& system)
 {
@@ -279,7 +286,7 @@ void add_joint(const JointMoment& at, LayeredSystem& system)
             const bool bound = row.lowest < row.highest;
             if (bound && beyond == 0) continue;
             const double k = (bound ? 10 : 100) * (row.angular ? at.inertia : at.mass) / (dt * dt);
-            add_row(at, row, -k * beyond, k, 0, system);
+            add_row(at, row, -k * closes(system) * beyond, k, 0, system);
         }
     }
     const double stiffness = at.joint.stiffness, damping = at.joint.damping;

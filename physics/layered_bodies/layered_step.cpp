@@ -278,6 +278,7 @@ private:
     void go(const LayeredMoment& moment, Impacts& impacts, LayeredSystem& system)
     {
         before_ = Before{now_.states, done_, last_};
+        system.longest = whole_;
         add_forces(now_, moment, frame_.world, impacts, system);
         const std::vector<char> lags = will_lag(now_, moment, impacts, frame_.fall, system.dt);
         add_lag(now_, lags, frame_.fall, system);

@@ -165,7 +165,7 @@ LayeredSystem make_system(const LayeredScene& scene, const LayeredMoment& moment
                           RigidBodies rigid_bodies)
 {
     LayeredSystem system;
-    system.dt = dt;
+    system.dt = system.longest = dt;
     const bool bullet = rigid_bodies == RigidBodies::bullet;
     const double led_mass = led_weight * heaviest(scene);
     for (std::size_t b = 0; b < scene.parts.size(); ++b) {

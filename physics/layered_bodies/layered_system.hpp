@@ -49,6 +49,7 @@ struct SystemStop {
 
 struct LayeredSystem {
     double dt = 0;                                       // s
+    double longest = 0;                                  // s, of a step that is not cut short
     std::vector<std::size_t> first_frame, first_corner;  // of each body
     std::vector<Vec6> velocity, right;                   // of each frame and corner, as all below
     std::vector<BaseKind> kind;                          // of held frames: still
