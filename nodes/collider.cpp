@@ -6,6 +6,7 @@
 #include "graph/types/node_builder.hpp"
 #include "nodes/obstacle_texts.hpp"
 #include "nodes/wire_types.hpp"
+#include "physics/body/collider_features.hpp"
 
 #include <fmt/format.h>
 
@@ -27,6 +28,8 @@ struct Box {
 struct Obstacle {
     std::shared_ptr<const geometry::TriMesh> turned;  // faces out; null: those of the mesh do
     geometry::TriangleBvh tree;
+    std::shared_ptr<const physics::KeptFeatures> features =
+        std::make_shared<const physics::KeptFeatures>();
     std::size_t faces_turned = 0;
     bool open = false;
 
@@ -144,6 +147,7 @@ static Outputs run(const Inputs& in, const graph::Context& context)
         out.mesh = in.mesh;
         if (obstacle->turned) out.mesh = obstacle->turned;
         out.tree = std::shared_ptr<const geometry::TriangleBvh>(obstacle, &obstacle->tree);
+        out.features = obstacle->features;
         out.sheet = obstacle->open;
         if (in.last) out.mesh_before = mesh_before(*out.mesh, *in.last);
     } else {

@@ -182,6 +182,7 @@ PosedCollider pose_collider(const Collider& in, double share, double frame, doub
         out.mesh_before = moves ? in.mesh_before.get() : nullptr;
         out.tree = in.tree ? in.tree : std::make_shared<const geometry::TriangleBvh>(*in.mesh);
         out.mesh_bounds = geometry::bounds(*in.mesh);
+        if (!moves) out.features = in.features;
         if (moves) {
             out.mesh_bounds.add(geometry::bounds(*in.mesh_before));
             for (std::size_t k = 0; k < in.mesh->positions.size(); ++k) {

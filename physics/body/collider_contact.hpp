@@ -30,6 +30,7 @@ struct PosedCollider {
     const geometry::TriMesh* mesh = nullptr;         // at the end of the frame
     const geometry::TriMesh* mesh_before = nullptr;  // at its start
     std::shared_ptr<const geometry::TriangleBvh> tree;
+    std::shared_ptr<const KeptFeatures> features;  // of a mesh that stays; null: none are kept
     geometry::Box mesh_bounds;
     double longest = 0;  // m, way of a vertex within the frame
     double reach = 0;    // m, how deep below an open mesh still counts as inside

@@ -1,6 +1,8 @@
 #include "physics/body/collider_features.hpp"
 
+#include "geometry/base/box_tree.hpp"
 #include "geometry/mesh/mesh.hpp"
+#include "physics/body/meet_part.hpp"
 
 #include <algorithm>
 #include <bit>
@@ -107,9 +109,21 @@ public:
     {
         take_triangles();
         take_corners();
+        take_edges();
     }
 
-    void add(std::vector<FeaturePoint>& out)
+    // Along edges, before those that crowd become one.
+    double count() const
+    {
+        double out = 0;
+        for (const Edge& edge : edges_) {
+            out +=
+                std::clamp(std::floor((edge.to - edge.from).norm() / (apart * h_)), 0.0, edge.most);
+        }
+        return out;
+    }
+
+    void add(std::vector<FeaturePoint>& out) const
     {
         std::vector<Ranked> all;
         add_edges(all);
@@ -261,7 +275,8 @@ private:
         return -lowest > highest;
     }
 
-    void add_edges(std::vector<Ranked>& out)
+    // Those that stand out.
+    void take_edges()
     {
         constexpr double numbers = 1u << 30;
         const auto triangles = static_cast<double>(c_.mesh->topology->triangles.size());
@@ -269,7 +284,6 @@ private:
             static_cast<std::uint32_t>(std::clamp(numbers / (3 * triangles), 1.0, 4096.0));
         const auto vertices = static_cast<std::uint32_t>(c_.mesh->positions.size());
         const std::vector<Side> all = sides();
-        std::vector<FeaturePoint> points;
         for (std::size_t i = 0; i < all.size();) {
             std::size_t end = i + 1;
             while (end < all.size() && all[end].a == all[i].a && all[end].b == all[i].b) ++end;
@@ -280,11 +294,19 @@ private:
             corners_[edge[0].a].on_edge = corners_[edge[0].b].on_edge = true;
             Vec3 outward = Vec3::Zero();
             for (const Side& side : edge) outward += triangles_[side.triangle].normal;
+            edges_.push_back({place_of(edge[0].a), place_of(edge[0].b), facing(outward),
+                              vertices + edge[0].number * of_edge, of_edge - 1.0});
+            bluntness_.push_back(*bluntness);
+        }
+    }
+
+    void add_edges(std::vector<Ranked>& out) const
+    {
+        std::vector<FeaturePoint> points;
+        for (std::size_t i = 0; i < edges_.size(); ++i) {
             points.clear();
-            add_along({place_of(edge[0].a), place_of(edge[0].b), facing(outward),
-                       vertices + edge[0].number * of_edge, of_edge - 1.0},
-                      region_, h_, points);
-            for (const FeaturePoint& p : points) out.push_back({p, *bluntness});
+            add_along(edges_[i], region_, h_, points);
+            for (const FeaturePoint& p : points) out.push_back({p, bluntness_[i]});
         }
     }
 
@@ -322,9 +344,58 @@ private:
     double h_;
     std::vector<NearTriangle> triangles_;
     std::unordered_map<std::uint32_t, AtCorner> corners_;
+    std::vector<Edge> edges_;
+    std::vector<double> bluntness_;  // of each edge, 0 .. 1
 };
 
 }  // namespace
+
+struct KeptFeatures::OfSize {
+    double h = 0;           // m
+    bool too_many = false;  // no points are kept
+    std::vector<FeaturePoint> points;
+    geometry::BoxTree tree;  // of the points
+};
+
+KeptFeatures::KeptFeatures() = default;
+KeptFeatures::~KeptFeatures() = default;
+
+const KeptFeatures::OfSize* KeptFeatures::find(const PosedCollider& c, double h) const
+{
+    constexpr double most = 5e5;  // points, before those that crowd become one
+    const std::scoped_lock lock(making_);
+    const auto same = [h](const auto& kept) { return kept->h == h; };
+    auto kept = std::find_if(sizes_.begin(), sizes_.end(), same);
+    if (kept == sizes_.end()) {
+        auto made = std::make_unique<OfSize>();
+        made->h = h;
+        const Box all = wider(c.mesh_bounds, h);
+        const MeshFeatures mesh(c, all, h);
+        made->too_many = mesh.count() > most;
+        if (!made->too_many) mesh.add(made->points);
+        std::vector<Box3f> boxes(made->points.size());
+        for (std::size_t i = 0; i < boxes.size(); ++i) {
+            boxes[i].add(made->points[i].place.cast<float>());
+        }
+        made->tree = geometry::build_box_tree(boxes);
+        kept = sizes_.insert(sizes_.end(), std::move(made));
+    }
+    return (*kept)->too_many ? nullptr : kept->get();
+}
+
+static void add_of_mesh(const PosedCollider& c, const Box& region, double h,
+                        std::vector<FeaturePoint>& out)
+{
+    const KeptFeatures::OfSize* kept = c.features ? c.features->find(c, h) : nullptr;
+    if (!kept) return MeshFeatures(c, region, h).add(out);
+    std::vector<std::uint32_t> found;
+    kept->tree.overlapping({region.lo.cast<float>(), region.hi.cast<float>()},
+                           [&](std::uint32_t i) { found.push_back(i); });
+    std::sort(found.begin(), found.end());
+    for (const auto i : found) {
+        if (holds(region, kept->points[i].place)) out.push_back(kept->points[i]);
+    }
+}
 
 Box bounds_of_features(const PosedCollider& c, double h)
 {
@@ -343,7 +414,7 @@ std::vector<FeaturePoint> features_in(const PosedCollider& c, const Box& region,
 {
     std::vector<FeaturePoint> out;
     if (c.kind == Collider::Kind::box) add_of_box(c, region, h, out);
-    if (c.kind == Collider::Kind::mesh) MeshFeatures(c, region, h).add(out);
+    if (c.kind == Collider::Kind::mesh) add_of_mesh(c, region, h, out);
     if (c.kind == Collider::Kind::sphere && c.radius < h && holds(region, c.pose.translation())) {
         out.push_back({0, c.pose.translation(), Vec3::Zero(), c.radius});
     }

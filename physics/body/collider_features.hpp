@@ -11,6 +11,8 @@
 
 #include "physics/body/collider_contact.hpp"
 
+#include <memory>
+#include <mutex>
 #include <vector>
 
 namespace physics {
@@ -26,8 +28,28 @@ struct FeaturePoint {
 geometry::Box bounds_of_features(const PosedCollider& collider, double h);
 
 // The points of a collider in a box, a quarter of a cube of h (m) apart along edges. Of a mesh,
-// those that crowd in a twelfth of a cube and look the same way are one.
+// those that crowd in a twelfth of a cube and look the same way are one. With `features`, that one
+// may lie outside of the box.
 std::vector<FeaturePoint> features_in(const PosedCollider& collider, const geometry::Box& region,
                                       double h);
+
+// The points of a mesh that stays where it is: found at the first search for cubes of a size, where
+// they are not too many to keep.
+class KeptFeatures {
+public:
+    KeptFeatures();
+    ~KeptFeatures();
+    KeptFeatures(const KeptFeatures&) = delete;
+    KeptFeatures& operator=(const KeptFeatures&) = delete;
+
+    // All points of the mesh that `collider` has, which is the same at each call; null: too many.
+    // May be called from several threads.
+    struct OfSize;
+    const OfSize* find(const PosedCollider& collider, double h) const;
+
+private:
+    mutable std::mutex making_;
+    mutable std::vector<std::unique_ptr<const OfSize>> sizes_;
+};
 
 }  // namespace physics

@@ -58,6 +58,7 @@ inline std::uint8_t held_axes(const Pins& pins, std::size_t pin)
 }
 
 struct PressedSurface;  // pressed_surface.hpp
+class KeptFeatures;     // collider_features.hpp
 
 // What of a force may change within a frame.
 struct ForceNumbers {
@@ -114,6 +115,7 @@ struct Collider {
     std::shared_ptr<const geometry::TriMesh> mesh;  // mesh: world positions at the end of the frame
     std::shared_ptr<const geometry::TriMesh> mesh_before;  // null: as `mesh`
     std::shared_ptr<const geometry::TriangleBvh> tree;     // of `mesh`; null: made when needed
+    std::shared_ptr<const KeptFeatures> features;          // of `mesh`; null: none are kept
     bool sheet = false;  // the mesh is open, and has two sides but while a shot begins
     Transform pose = Transform::Identity();
     Transform before = Transform::Identity();

@@ -1,6 +1,7 @@
 #include "geometry/mesh/mesh.hpp"
 #include "physics/body/collider_features.hpp"
 
+#include "geometry/mesh/merge.hpp"
 #include "geometry/mesh/primitive.hpp"
 #include "physics/bricks/bricks.hpp"
 #include "physics/bricks/springs.hpp"
@@ -364,6 +365,57 @@ TEST(ColliderFeatures, WhatIsFlatOrWideAndRoundOrLeadsInHasNone)
     }
     EXPECT_FALSE(at_foot);
     EXPECT_TRUE(at_top);
+}
+
+// Numbers of those in a region, sorted.
+std::vector<std::uint32_t> numbers_in(const PosedCollider& c, const geometry::Box& region)
+{
+    std::vector<std::uint32_t> out;
+    for (const FeaturePoint& p : features_in(c, region, h)) out.push_back(p.number);
+    std::sort(out.begin(), out.end());
+    return out;
+}
+
+TEST(ColliderFeatures, OfAMeshThatStaysAreKept)
+{
+    geometry::TriMesh mesh = geometry::box({1, 0.4, 0.1}, {3, 2, 1});
+    Collider found = mesh_of(mesh), kept = found;
+    kept.features = std::make_shared<const KeptFeatures>();
+    geometry::Box region;
+    region.add(Vec3(-0.11, -0.3, -1)), region.add(Vec3(0.31, 0.1, 1));
+    for (const geometry::Box& in : {all(), region}) {
+        const auto numbers = numbers_in(pose_collider(found, 1, 1, h), in);
+        EXPECT_GT(numbers.size(), 20u);
+        EXPECT_EQ(numbers_in(pose_collider(kept, 1, 1, h), in), numbers);
+    }
+    // Of the size that they are asked for, and where the mesh is.
+    const auto posed = pose_collider(kept, 1, 1, h);
+    EXPECT_NE(features_in(posed, all(), h / 2).size(), features_in(posed, all(), h).size());
+    geometry::TriMesh moved = mesh;
+    for (auto& p : moved.positions) p.y() += 1;
+    kept.mesh_before = kept.mesh;
+    kept.mesh = std::make_shared<const geometry::TriMesh>(moved);
+    EXPECT_EQ(pose_collider(kept, 0.5, 1, h).features, nullptr);
+}
+
+TEST(ColliderFeatures, OfAMeshWithTooManyAreFoundWhereTheyAreAskedFor)
+{
+    const geometry::TriMesh mesh = geometry::box({1000, 0.4, 1000}, {1, 1, 1});
+    std::vector<const geometry::TriMesh*> many(20, &mesh);
+    std::vector<geometry::TriMesh> lifted(20, mesh);
+    for (std::size_t i = 0; i < many.size(); ++i) {
+        for (auto& p : lifted[i].positions) p.y() += static_cast<float>(i);
+        many[i] = &lifted[i];
+    }
+    Collider found = mesh_of(geometry::merge(many)), kept = found;
+    kept.features = std::make_shared<const KeptFeatures>();
+    const auto posed = pose_collider(kept, 1, 1, h);
+    EXPECT_EQ(kept.features->find(posed, h), nullptr);
+    geometry::Box corner;
+    corner.add(Vec3(490, -1, 490)), corner.add(Vec3(501, 2, 501));
+    const auto numbers = numbers_in(pose_collider(found, 1, 1, h), corner);
+    EXPECT_GT(numbers.size(), 100u);
+    EXPECT_EQ(numbers_in(posed, corner), numbers);
 }
 
 }  // namespace
