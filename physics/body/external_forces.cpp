@@ -2,6 +2,7 @@
 
 #include "geometry/cubes/sheet.hpp"
 #include "physics/body/force_shares.hpp"
+#include "physics/state/gusts.hpp"
 
 #include <fmt/format.h>
 
@@ -37,6 +38,12 @@ void check_forces(std::span<const Force> forces)
     const auto check = [&](const Force& f) {
         if (!f.acceleration.allFinite()) fail("expected a finite acceleration");
         if (!f.velocity.allFinite()) fail("expected a finite wind velocity");
+        if (!(std::isfinite(f.gusts.speed) && f.gusts.speed >= 0)) {
+            fail("expected gusts of at least 0 m/s");
+        }
+        if (f.gusts.speed > 0 && !(std::isfinite(f.gusts.size) && f.gusts.size > 0)) {
+            fail("expected gusts of a size above 0 m");
+        }
         if (!f.force.allFinite() || !f.position.allFinite()) {
             fail("expected a finite force and position");
         }
@@ -71,6 +78,7 @@ void add_wind(const CornerBody& body, std::span<const Force> forces, const doubl
     const ContactSurface& surface = body.skin;
     for (const Force& wind : forces) {
         if (wind.kind != Force::Kind::wind) continue;
+        const Air air(wind);
         surface.corners.for_each(
             0, surface.corners.size(), [&](std::size_t c, const auto& corners) {
                 const SurfacePatch& patch = surface.on(c);
@@ -78,14 +86,15 @@ void add_wind(const CornerBody& body, std::span<const Force> forces, const doubl
                 // Columns of the mean deformation gradient; area turns and stretches by its
                 // cofactors.
                 Vec3 column[3] = {Vec3::Zero(), Vec3::Zero(), Vec3::Zero()};
-                Vec3 speed = Vec3::Zero();
+                Vec3 speed = Vec3::Zero(), place = Vec3::Zero();
                 const double h = body.edge_at(corners[0]);
                 for (unsigned a = 0; a < 8; ++a) {
                     const Vec3 p = value_at(x, corners[a]) / (4 * h);
                     for (unsigned j = 0; j < 3; ++j) column[j] += (a >> j & 1) ? p : Vec3(-p);
                     speed += double(patch.share[a]) * value_at(v, corners[a]);
+                    place += double(patch.share[a]) * value_at(x, corners[a]);
                 }
-                const Vec3 u = wind.velocity - speed;
+                const Vec3 blows = air.at(place), u = blows - speed;
                 const Vec3f seen =
                     Vec3(column[1].cross(column[2]).dot(u), column[2].cross(column[0]).dot(u),
                          column[0].cross(column[1]).dot(u))
@@ -97,7 +106,7 @@ void add_wind(const CornerBody& body, std::span<const Force> forces, const doubl
                 const double resistance = 0.25 * wind.air_density * wind.drag * flow;
                 for (std::size_t a = 0; a < 8; ++a) {
                     const double part = resistance * double(patch.share[a]);
-                    add(f, corners[a], part * wind.velocity);
+                    add(f, corners[a], part * blows);
                     add(drag, corners[a], Vec3::Constant(part));
                 }
             });

@@ -1,6 +1,7 @@
 #include "physics/layered_bodies/layered_loads.hpp"
 
 #include "physics/layers/velocity_at.hpp"
+#include "physics/state/gusts.hpp"
 
 #include <fmt/format.h>
 
@@ -40,12 +41,13 @@ void add_gravity(const LayeredScene& scene, const Vec3& acceleration, LayeredSys
 void add_wind(const LayeredScene& scene, const LayeredMoment& moment, const Force& wind,
               LayeredSystem& system)
 {
+    const Air air(wind);
     for_samples(scene, [&](std::size_t b, std::uint32_t s, std::size_t i) {
         const SampleWalk& walk = moment.walks[b];
         const double slope = walk.gradient[i].norm();
         if (!(walk.area[i] > 0) || !(slope > 0)) return;
         const Vec3& at = walk.position[i];
-        const Vec3 u = wind.velocity - velocity_at(moment.bodies[b], s, at);
+        const Vec3 u = air.at(at) - velocity_at(moment.bodies[b], s, at);
         const double flow = walk.area[i] * std::abs(walk.gradient[i].dot(u)) / slope;  // m^3/s
         const double resistance = 0.25 * wind.air_density * wind.drag * flow;
         const std::uint32_t f = scene.parts[b].body->layer.frame[s];

@@ -2,6 +2,7 @@
 
 #include "geometry/base/parallel.hpp"
 #include "geometry/mesh/mesh.hpp"
+#include "physics/state/gusts.hpp"
 
 #include <cmath>
 
@@ -34,12 +35,13 @@ struct Drag {
 void add_drag(const geometry::TriMesh& mesh, const std::vector<Vec3>& v, const Force& wind,
               Drag& out)
 {
+    const Air air(wind);
     for (const auto& [a, b, c] : mesh.triangles()) {
         const Vec3 p = mesh.positions[a].cast<double>();
         const Vec3 area =
             0.5 *
             (mesh.positions[b].cast<double>() - p).cross(mesh.positions[c].cast<double>() - p);
-        const Vec3 u = wind.velocity - (v[a] + v[b] + v[c]) / 3;
+        const Vec3 u = air.at(p) - (v[a] + v[b] + v[c]) / 3;
         const double flow = std::abs(area.dot(u));
         if (!std::isfinite(flow)) continue;
         const double share = 0.25 * wind.air_density * wind.drag * flow / 3;

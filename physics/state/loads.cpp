@@ -6,7 +6,7 @@ namespace physics {
 
 ForceNumbers Force::numbers() const
 {
-    return {acceleration, velocity, force, position, torque, pressure, air_density, drag, radius};
+    return {acceleration, velocity, force, position, torque, pressure, air_density, drag, radius, gusts};
 }
 
 void Force::began_as(const Force& last)
@@ -29,6 +29,10 @@ Force Force::at(double share) const
     between(before->air_density, out.air_density);
     between(before->drag, out.drag);
     between(before->radius, out.radius);
+    between(before->gusts.speed, out.gusts.speed);
+    between(before->gusts.size, out.gusts.size);
+    between(before->gusts.carried, out.gusts.carried);
+    between(before->gusts.time, out.gusts.time);
     return out;
 }
 

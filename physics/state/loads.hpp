@@ -60,11 +60,22 @@ inline std::uint8_t held_axes(const Pins& pins, std::size_t pin)
 struct PressedSurface;  // pressed_surface.hpp
 class KeptFeatures;     // collider_features.hpp
 
+// How a wind varies about its velocity (gusts.hpp).
+struct Gusts {
+    double speed = 0;       // m/s, root mean square; 0: not at all
+    double size = 1;        // m, of the largest
+    Vec3 carried{0, 0, 0};  // m, since the shot began, by the wind
+    double time = 0;        // s, since the shot began
+    std::uint32_t seed = 0;
+    bool operator==(const Gusts&) const = default;
+};
+
 // What of a force may change within a frame.
 struct ForceNumbers {
     Vec3 acceleration{0, 0, 0}, velocity{0, 0, 0}, force{0, 0, 0}, position{0, 0, 0};
     Vec3 torque{0, 0, 0};
     double pressure = 0, air_density = 0, drag = 0, radius = 0;
+    Gusts gusts;
     bool operator==(const ForceNumbers&) const = default;
 };
 
@@ -77,6 +88,7 @@ struct Force {
     Vec3 velocity{0, 0, 0};          // wind: of the air, m/s
     double air_density = 1.2;        // wind: kg/m^3, drag 1/2 rho |v_rel| v_rel per exposed area
     double drag = 1.0;               // wind: coefficient
+    Gusts gusts;                     // wind
     Vec3 force{0, 0, 0};             // point: N, total
     Vec3 position{0, 0, 0};          // point, torque: m, in the rest shape
     double radius = 0.1;             // point, torque: m, falls off smoothly to 0 here

@@ -225,9 +225,9 @@ const std::vector<Case>& cases()
 
 // What the work of these is bound by is no size of a mesh, of cubes or of a picture.
 const std::set<std::string> small = {
-    "Ball",       "Before",  "Carried",   "Carry",      "Figure",     "Force",
-    "Joint",      "Ground",  "Pose",      "Pressure",   "Reach",      "ReadCamera",
-    "ReadModes",  "Springs", "ReadScene", "WriteModes", "WriteScene",
+    "Ball",       "Before",    "Carried", "Carry",     "Figure",     "Force",
+    "Gusts",      "Joint",     "Ground",  "Pose",      "Pressure",   "Reach",
+    "ReadCamera", "ReadModes", "Springs", "ReadScene", "WriteModes", "WriteScene",
     "ReadVolume",  // waits for aspic-openvdb, and
     "WriteVideo"   // for ffmpeg, see RunProgram.*
 };
