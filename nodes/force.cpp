@@ -27,8 +27,15 @@ struct Torque {
     bool follow = false;
 };
 
+struct Radial {
+    double outward = 10;
+    Vec3 swirl{0, 0, 0};
+    Vec3 position{0, 0, 0};
+    double radius = 1;
+};
+
 // What node Force makes; a pressure is made by node Pressure.
-enum class Kind { gravity, wind, point, torque };
+enum class Kind { gravity, wind, point, torque, radial };
 
 struct Inputs {
     Kind kind = Kind::gravity;
@@ -36,6 +43,7 @@ struct Inputs {
     Wind wind;
     Point point;
     Torque torque;
+    Radial radial;
     graph::Wire<Force> last;
 };
 struct Outputs {
@@ -44,7 +52,8 @@ struct Outputs {
 
 static_assert(static_cast<Force::Kind>(Kind::wind) == Force::Kind::wind &&
               static_cast<Force::Kind>(Kind::point) == Force::Kind::point &&
-              static_cast<Force::Kind>(Kind::torque) == Force::Kind::torque);
+              static_cast<Force::Kind>(Kind::torque) == Force::Kind::torque &&
+              static_cast<Force::Kind>(Kind::radial) == Force::Kind::radial);
 
 static Outputs run(const Inputs& in, const graph::Context&)
 {
@@ -63,6 +72,12 @@ static Outputs run(const Inputs& in, const graph::Context&)
         out.position = in.torque.position;
         out.radius = in.torque.radius;
         out.follow = in.torque.follow;
+    }
+    if (in.kind == Kind::radial) {
+        out.outward = in.radial.outward;
+        out.swirl = in.radial.swirl;
+        out.position = in.radial.position;
+        out.radius = in.radial.radius;
     }
     if (in.last) out.began_as(*in.last);
     return {out};
@@ -116,13 +131,32 @@ static void describe(graph::ParamsOf<Torque>& p)
         .param("follow", &Torque::follow, "Whether its axis turns with what it acts on.");
 }
 
+static void describe(graph::ParamsOf<Radial>& p)
+{
+    p.param("outward", &Radial::outward,
+            "Acceleration away from the position, whatever the mass; below 0: towards it. An "
+            "explosion has 1,000 or more for a frame or two.",
+            {.unit = "m/s^2"})
+        .param("swirl", &Radial::swirl,
+               "Acceleration around an axis along this vector through the position, by the "
+               "right-hand rule.",
+               {.unit = "m/s^2"})
+        .param("position", &Radial::position, "Where it starts from, in the world.", {.unit = "m"})
+        .param("radius", &Radial::radius,
+               "Distance at which it has faded smoothly to zero. Within a tenth of it, it grows "
+               "from 0 at the position.",
+               {.min = 1e-6, .max = 1e6, .unit = "m"});
+}
+
 void add_to(graph::Registry& registry)
 {
     registry.add("Force", 1, run)
-        .summary("A force field: gravity, wind, a point force or a torque. Every number can be "
-                 "keyframed.",
-                 {"moment", "wind", "gravity", "turbulence", "field", "impulse", "explosion"})
-        .choice("kind", &Inputs::kind, {"gravity", "wind", "point", "torque"}, "Kind of force.")
+        .summary("A force field: gravity, wind, a point force, a torque, or a radial push, pull or "
+                 "swirl. Every number can be keyframed.",
+                 {"moment", "wind", "gravity", "field", "impulse", "explosion", "attractor",
+                  "vortex", "magnet", "tornado", "blast"})
+        .choice("kind", &Inputs::kind, {"gravity", "wind", "point", "torque", "radial"},
+                "Kind of force. Wind with gusts: node Gusts.")
         .block<Gravity>("gravity", &Inputs::gravity, describe, "The same acceleration everywhere.",
                         {"kind", {"gravity"}})
         .block<Wind>("wind", &Inputs::wind, describe,
@@ -137,6 +171,10 @@ void add_to(graph::Registry& registry)
                        "A torque spread smoothly over the surface around a point, as forces that "
                        "push nowhere together (methods bricks, springs and shell of Simulate).",
                        {"kind", {"torque"}})
+        .block<Radial>("radial", &Inputs::radial, describe,
+                       "An acceleration away from a place, towards it, or around it, of all that "
+                       "is near (Simulate and Layered).",
+                       {"kind", {"radial"}})
         .output("force", &Outputs::force, "The force field at this frame and at the frame before.")
         .previous("force", &Inputs::last, graph::Memory::of_motion);
 }

@@ -87,6 +87,26 @@ std::vector<ForceArrow> wind_arrows(const Vec3& velocity, const Box& stage)
     return out;
 }
 
+// Six, away from the place or towards it, or along the swirl.
+std::vector<ForceArrow> radial_arrows(const physics::Force& force, const Box& stage)
+{
+    const double size = stage.diagonal();
+    std::vector<ForceArrow> out;
+    for (const Vec3& side : {Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(0, 0, 1)}) {
+        for (const double sign : {1.0, -1.0}) {
+            const Vec3 from = 0.05 * size * sign * side;
+            const Vec3 push = sign * (force.outward * side + force.swirl.cross(side));
+            const double strength = push.norm();
+            if (!(strength > 0)) continue;
+            const Vec3 way = arrow_length(size, strength, 9.81) / strength * push;
+            const bool inward = push.dot(from) < 0;
+            const Vec3 begin = force.position + from - (inward ? way : Vec3(Vec3::Zero()));
+            out.push_back({begin, begin + way});
+        }
+    }
+    return out;
+}
+
 std::vector<ForceArrow> arrows_of(const physics::Force& force, const Box& stage, double weight)
 {
     using Kind = physics::Force::Kind;
@@ -97,6 +117,7 @@ std::vector<ForceArrow> arrows_of(const physics::Force& force, const Box& stage,
         const double length = arrow_length(size, newtons, std::max(weight, 1e-9));
         if (newtons > 0) return {{force.position - length / newtons * force.force, force.position}};
     }
+    if (force.kind == Kind::radial) return radial_arrows(force, stage);
     if (force.kind == Kind::gravity) {
         const double g = force.acceleration.norm(), length = arrow_length(size, g, 9.81);
         const Vec3 from(stage.lo.x() - 0.04 * size, stage.hi.y() + 0.04 * size, stage.lo.z());
@@ -123,10 +144,12 @@ std::optional<Note> force_note(const physics::Force& force, const Box& stage, do
     const auto arrows = arrows_of(force, stage, weight);
     if (arrows.empty()) return std::nullopt;
     const ForceArrow& middle = arrows[arrows.size() / 2];
-    const std::string text = force.kind == Kind::point ? quantity_text(force.force.norm(), "N")
-                             : force.kind == Kind::wind
-                                 ? quantity_text(force.velocity.norm(), "m/s")
-                                 : quantity_text(force.acceleration.norm(), "m/s^2");
+    const std::string text =
+        force.kind == Kind::point  ? quantity_text(force.force.norm(), "N")
+        : force.kind == Kind::wind ? quantity_text(force.velocity.norm(), "m/s")
+        : force.kind == Kind::radial
+            ? quantity_text(std::hypot(force.outward, force.swirl.norm()), "m/s^2")
+            : quantity_text(force.acceleration.norm(), "m/s^2");
     return Note{middle.from, middle.tip, 0.5 * arrow_width(stage), text};
 }
 

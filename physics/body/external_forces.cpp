@@ -3,6 +3,7 @@
 #include "geometry/cubes/sheet.hpp"
 #include "physics/body/force_shares.hpp"
 #include "physics/state/gusts.hpp"
+#include "physics/state/radial_force.hpp"
 
 #include <fmt/format.h>
 
@@ -46,6 +47,9 @@ void check_forces(std::span<const Force> forces)
         }
         if (!f.force.allFinite() || !f.position.allFinite()) {
             fail("expected a finite force and position");
+        }
+        if (!f.swirl.allFinite() || !std::isfinite(f.outward)) {
+            fail("expected a finite swirl and acceleration outward");
         }
         if (!f.torque.allFinite() || !std::isfinite(f.pressure)) {
             fail("expected a finite torque and pressure");
@@ -111,6 +115,22 @@ void add_wind(const CornerBody& body, std::span<const Force> forces, const doubl
                 }
             });
     }
+}
+
+void add_radial(const CornerBody& body, std::span<const Force> forces, const double* x,
+                Aligned<double>& f)
+{
+    for (const Force& force : forces) {
+        if (force.kind != Force::Kind::radial) continue;
+        for (std::size_t k = 0; k < body.corners; ++k) {
+            add(f, k, body.mass[k] * radial_acceleration(force, value_at(x, k)));
+        }
+    }
+}
+
+bool varies_by_place(const Force& force)
+{
+    return force.kind == Force::Kind::wind || force.kind == Force::Kind::radial;
 }
 
 // Whether a cube lies within the force's radius and a cube's diagonal.

@@ -29,6 +29,13 @@ void add_steady_forces(const CornerBody& body, std::span<const Force> forces, Al
 void add_wind(const CornerBody& body, std::span<const Force> forces, const double* x,
               const double* v, Aligned<double>& f, Aligned<double>& drag);
 
+// Adds m a (N) of all radial forces, a of the place of each corner.
+void add_radial(const CornerBody& body, std::span<const Force> forces, const double* x,
+                Aligned<double>& f);
+
+// Whether it is one of those two.
+bool varies_by_place(const Force& force);
+
 // Throws std::invalid_argument when a number of a force is not finite or below 0 where it may not.
 void check_forces(std::span<const Force> forces);
 

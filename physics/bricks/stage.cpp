@@ -39,7 +39,7 @@ void StepFrame::use_forces()
     add_steady_forces(body, forces, steady);
     following = following_forces(body, forces);
     windy = !following.empty();
-    for (const Force& f : forces) windy |= f.kind == Force::Kind::wind;
+    windy |= std::any_of(forces.begin(), forces.end(), varies_by_place);
 }
 
 void StepFrame::start_at(const Aligned<double>& x)

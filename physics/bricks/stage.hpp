@@ -60,7 +60,7 @@ struct StepFrame {
     HeldCorners held;
     std::vector<std::uint32_t> held_along;  // numbers that are fixed, of corners with free ones
     std::vector<double> part_mass;          // kg, of each part
-    bool windy = false;                     // wind, or what follows the body
+    bool windy = false;                     // wind, a radial force, or what follows the body
     bool first = false;                     // step of a shot
 
 private:

@@ -288,6 +288,7 @@ void start_stage(Stage& stage, const Aligned<double>& x0, const Aligned<double>&
     std::fill(stage.drag.begin(), stage.drag.end(), 0);
     if (frame.windy) {
         add_wind(frame.body, frame.forces, x0.data(), v0.data(), stage.wind, stage.drag);
+        add_radial(frame.body, frame.forces, x0.data(), stage.wind);
     }
     stage.colliders.clear();
     for (const Collider& c : loads.colliders) {

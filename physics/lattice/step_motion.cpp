@@ -50,6 +50,7 @@ void find_wind(const FrameState& step, Wind& wind)
         }
     }
     add_wind(step.body.base, step.forces, x.data(), v.data(), wind.force, wind.drag);
+    add_radial(step.body.base, step.forces, x.data(), wind.force);
 }
 
 }  // namespace

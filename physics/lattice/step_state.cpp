@@ -43,7 +43,7 @@ void find_forces(FrameState& step, double share)
         const Force& f = step.forces.emplace_back(end.at(share));
         if (f.kind == Force::Kind::gravity) step.gravity += f.acceleration;
         if (f.kind == Force::Kind::point) points.push_back(f);
-        if (f.kind == Force::Kind::wind) step.windy = true;
+        if (varies_by_place(f)) step.windy = true;
     }
     if (!points.empty() || step.windy) {
         step.steady.assign(step.body.base.numbers, 0);

@@ -2,6 +2,7 @@
 
 #include "physics/layers/velocity_at.hpp"
 #include "physics/state/gusts.hpp"
+#include "physics/state/radial_force.hpp"
 
 #include <fmt/format.h>
 
@@ -25,15 +26,21 @@ template <class Visit> void for_samples(const LayeredScene& scene, const Visit& 
     }
 }
 
-void add_gravity(const LayeredScene& scene, const Vec3& acceleration, LayeredSystem& system)
+// Adds what accelerates all that has mass, by where it is.
+template <class AccelerationAt>
+void add_by_mass(const LayeredScene& scene, const LayeredMoment& moment,
+                 const AccelerationAt& acceleration_at, LayeredSystem& system)
 {
     for (std::size_t b = 0; b < scene.parts.size(); ++b) {
         if (is_told(scene.parts[b].body->base.kind)) continue;
-        const std::size_t corners = scene.states[b].cubes.x.size();
-        const std::size_t begin = corners > 0 ? system.corner(b, 0) : system.frame(b, 0);
-        const std::size_t count = corners > 0 ? corners : mass_count(scene.parts[b].body->base);
-        for (std::size_t f = begin; f < begin + count; ++f) {
-            add_force(system, f, system.mass[f](0, 0) * acceleration);
+        const std::vector<Vec3>& corner = scene.states[b].cubes.x;
+        const bool cubes = !corner.empty();
+        const std::size_t begin = cubes ? system.corner(b, 0) : system.frame(b, 0);
+        const std::size_t count = cubes ? corner.size() : mass_count(scene.parts[b].body->base);
+        for (std::size_t i = 0; i < count; ++i) {
+            const Vec3 at = cubes ? corner[i] : Vec3(moment.frames[b][i].translation());
+            const std::size_t f = begin + i;
+            add_force(system, f, system.mass[f](0, 0) * acceleration_at(at));
         }
     }
 }
@@ -155,7 +162,13 @@ void add_fields(const LayeredScene& scene, const LayeredMoment& moment,
     for (const Force& force : forces) {
         switch (force.kind) {
         case Force::Kind::gravity:
-            add_gravity(scene, force.acceleration, system);
+            add_by_mass(
+                scene, moment, [&](const Vec3&) { return force.acceleration; }, system);
+            break;
+        case Force::Kind::radial:
+            add_by_mass(
+                scene, moment, [&](const Vec3& at) { return radial_acceleration(force, at); },
+                system);
             break;
         case Force::Kind::wind:
             add_wind(scene, moment, force, system);

@@ -103,6 +103,14 @@ void step_modes(const ModalModel& model, std::span<const double> load, const Mod
     }
 }
 
+void require_no_radial(std::span<const Force> forces)
+{
+    const auto radial = [](const Force& f) { return f.kind == Force::Kind::radial; };
+    if (std::none_of(forces.begin(), forces.end(), radial)) return;
+    throw std::invalid_argument(
+        "Vibrate takes no radial force: use a point force or gravity, or Simulate");
+}
+
 struct WindyStep {
     std::span<const Force> forces;
     const Vec3& base_velocity;        // m/s
@@ -153,8 +161,9 @@ std::vector<double> load_of(const ModalModel& model, std::span<const Force> forc
             break;
         case Force::Kind::wind:  // step_in_wind()
         case Force::Kind::torque:
+        case Force::Kind::radial:
         case Force::Kind::pressure:
-            break;  // refused above
+            break;  // refused
         }
     }
     return load;
@@ -263,6 +272,7 @@ ModalState advance(const ModalModel& model, ModalState state, const ModalLoads& 
         throw std::invalid_argument(fmt::format("expected a step above 0 s, found {}", dt));
     }
     require_no_following(loads.forces, "Vibrate");
+    require_no_radial(loads.forces);
     const std::vector<double> load = load_of(model, loads.forces);
     const Vec3 base_velocity = (loads.base - state.base) / dt;
     for (std::size_t k = 0; k < model.count(); ++k) {

@@ -6,7 +6,8 @@ namespace physics {
 
 ForceNumbers Force::numbers() const
 {
-    return {acceleration, velocity, force, position, torque, pressure, air_density, drag, radius, gusts};
+    return {acceleration, velocity, force,       position, torque, swirl,
+            outward,      pressure, air_density, drag,     radius, gusts};
 }
 
 void Force::began_as(const Force& last)
@@ -25,6 +26,8 @@ Force Force::at(double share) const
     between(before->force, out.force);
     between(before->position, out.position);
     between(before->torque, out.torque);
+    between(before->swirl, out.swirl);
+    between(before->outward, out.outward);
     between(before->pressure, out.pressure);
     between(before->air_density, out.air_density);
     between(before->drag, out.drag);

@@ -73,8 +73,8 @@ struct Gusts {
 // What of a force may change within a frame.
 struct ForceNumbers {
     Vec3 acceleration{0, 0, 0}, velocity{0, 0, 0}, force{0, 0, 0}, position{0, 0, 0};
-    Vec3 torque{0, 0, 0};
-    double pressure = 0, air_density = 0, drag = 0, radius = 0;
+    Vec3 torque{0, 0, 0}, swirl{0, 0, 0};
+    double outward = 0, pressure = 0, air_density = 0, drag = 0, radius = 0;
     Gusts gusts;
     bool operator==(const ForceNumbers&) const = default;
 };
@@ -82,7 +82,7 @@ struct ForceNumbers {
 // A force field, at the end of this frame. What follows, pressure and torque depend on where the
 // body is.
 struct Force {
-    enum class Kind { gravity, wind, point, torque, pressure };
+    enum class Kind { gravity, wind, point, torque, radial, pressure };
     Kind kind = Kind::gravity;
     Vec3 acceleration{0, -9.81, 0};  // gravity: m/s^2
     Vec3 velocity{0, 0, 0};          // wind: of the air, m/s
@@ -90,10 +90,12 @@ struct Force {
     double drag = 1.0;               // wind: coefficient
     Gusts gusts;                     // wind
     Vec3 force{0, 0, 0};             // point: N, total
-    Vec3 position{0, 0, 0};          // point, torque: m, in the rest shape
-    double radius = 0.1;             // point, torque: m, falls off smoothly to 0 here
+    Vec3 position{0, 0, 0};          // point, torque: m, in the rest shape; radial: in the world
+    double radius = 0.1;             // point, torque, radial: m, falls off smoothly to 0 here
     Vec3 torque{0, 0, 0};            // torque: N m, total
     bool follow = false;             // point, torque: turns with what it acts on
+    double outward = 0;              // radial: m/s^2, away from the position
+    Vec3 swirl{0, 0, 0};             // radial: m/s^2, around it along this axis
     double pressure = 0;             // pressure: Pa, against the normals of the surface
     std::shared_ptr<const PressedSurface> surface = nullptr;  // pressure
     std::uint32_t first_corner = 0;  // pressure: of the surface's cubes, among all that are moved

@@ -92,6 +92,10 @@ TEST(Marker, NotesOfForcesSayHowStrongTheyAre)
     EXPECT_EQ(render::force_note(force, unit_box(), 10)->text, "9.81 m/s^2");
     force.acceleration = {0, 0, 0};
     EXPECT_FALSE(render::force_note(force, unit_box(), 10));
+    force.kind = physics::Force::Kind::radial;
+    force.outward = -3, force.swirl = {0, 4, 0};
+    EXPECT_EQ(render::force_note(force, unit_box(), 10)->text, "5 m/s^2");
+    EXPECT_EQ(render::force_arrows(force, unit_box(), 10).size(), 6u);
     force.kind = physics::Force::Kind::torque;  // has no arrow
     EXPECT_FALSE(render::force_note(force, unit_box(), 10));
 }

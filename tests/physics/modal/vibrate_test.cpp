@@ -237,6 +237,10 @@ TEST(Vibrate, RefusesBadInputAndSaysWhatWasExpected)
                  std::invalid_argument);
     const ModalModel model = two_modes();
     EXPECT_THROW(advance(model, {}, {}, Vec3::Zero(), {}, 0.1), std::invalid_argument);
+    std::vector<Force> radial(1);
+    radial[0].kind = Force::Kind::radial;
+    EXPECT_THROW(advance(model, rest_state(model), radial, Vec3::Zero(), {}, 0.1),
+                 std::invalid_argument);
     EXPECT_THROW(advance(model, rest_state(model), {}, Vec3::Zero(), {}, 0), std::invalid_argument);
     EXPECT_THROW(deformed(model, {}), std::invalid_argument);
 }
