@@ -43,7 +43,8 @@ std::vector<PartOnWay> parts_on_way(const SolidsOverEdges& scene)
 // The points of a collider that may meet a part.
 struct NearPart {
     std::uint32_t part = 0, other = 0;
-    double around = 0;  // m, that the collider begins before its surface
+    std::uint32_t size = 0;  // number of the edge of its cubes among those of all parts
+    double around = 0;       // m, that the collider begins before its surface
     Box region;
     std::vector<FeaturePoint> points;
 };
@@ -58,6 +59,17 @@ double fastest_in(const PosedCollider& c, const Box& box)
     return c.slides.norm() + c.turns.norm() * arm.norm();
 }
 
+// The edges of the cubes of parts, each once, from the smallest, m.
+std::vector<double> sizes_of(const CornerBody& body, std::size_t parts)
+{
+    if (body.part_edge.empty()) return {body.h};
+    std::vector<double> out(body.part_edge.begin(),
+                            body.part_edge.begin() + static_cast<std::ptrdiff_t>(parts));
+    std::sort(out.begin(), out.end());
+    out.erase(std::unique(out.begin(), out.end()), out.end());
+    return out;
+}
+
 std::vector<NearPart> near_parts_of(const SolidsOverEdges& scene)
 {
     std::vector<NearPart> out;
@@ -65,16 +77,19 @@ std::vector<NearPart> near_parts_of(const SolidsOverEdges& scene)
     const std::size_t solids = body.solids ? body.solids->solid.size() : 0;
     std::vector<Box> bounds;
     for (std::size_t i = 0; i + solids < scene.colliders.size(); ++i) {
-        bounds.push_back(bounds_of_features(scene.colliders[i], body.h));
+        bounds.push_back(bounds_of_features(scene.colliders[i], body.greatest_edge));
     }
     const auto is_empty = [](const Box& box) { return box.empty(); };
     if (std::all_of(bounds.begin(), bounds.end(), is_empty)) return out;
     const std::vector<PartOnWay> parts = parts_on_way(scene);
+    const std::vector<double> sizes = sizes_of(body, parts.size());
     for (std::uint32_t p = 0; p < parts.size(); ++p) {
+        const double edge = body.part_edge.empty() ? body.h : body.part_edge[p];
+        const auto size = static_cast<std::uint32_t>(
+            std::lower_bound(sizes.begin(), sizes.end(), edge) - sizes.begin());
         for (std::uint32_t i = 0; i < bounds.size(); ++i) {
             if (parts[p].box.empty() || bounds[i].empty()) continue;
             const PosedCollider& c = scene.colliders[i];
-            const double edge = body.part_edge.empty() ? body.h : body.part_edge[p];
             const double around = c.thickness - body.skin.thickest;
             const double round = c.kind == Collider::Kind::sphere ? c.radius : 0;
             const double reach = known_before * edge + around + round;
@@ -82,11 +97,18 @@ std::vector<NearPart> near_parts_of(const SolidsOverEdges& scene)
             const double way = scene.dt * (parts[p].speed + fastest_in(c, parts[p].box));
             const Box region = wider(parts[p].box, edge + reach + way);
             if (!overlap(region, bounds[i])) continue;
-            auto points = features_in(c, region, body.h);
-            if (!points.empty()) out.push_back({p, i, around, region, std::move(points)});
+            auto points = features_in(c, region, edge);
+            if (!points.empty()) out.push_back({p, i, size, around, region, std::move(points)});
         }
     }
     return out;
+}
+
+// Points of a collider are numbered anew for cubes of another size. Two of the same number at a
+// time are as good as never.
+std::uint32_t number_of(const FeaturePoint& point, std::uint32_t size)
+{
+    return first_feature + ((point.number + size * 0x9E3779B1u) & (first_feature - 1));
 }
 
 // The plane of the place where a point meets a part, with a number that is its own.
@@ -99,7 +121,7 @@ PlaneTouch make_touch(const SolidsOverEdges& scene, const StepOfParts& step, con
     const double h = shapes.size_of(near.part);
     PlaneTouch out;
     out.count = 8;
-    out.point = first_feature + point.number;
+    out.point = number_of(point, near.size);
     out.other = near.other;
     out.size = h;
     out.normal = -met.gap.normal;

@@ -191,6 +191,22 @@ TEST(FeatureTouches, ABlockRestsOnBallsAndRodsThinnerThanACube)
     EXPECT_NEAR(lowest(on_rods), 0, deep * h);
 }
 
+TEST(FeatureTouches, CoarseCubesMeetWhatIsThinnerThanThemBesideABodyOfFinerOnes)
+{
+    const geometry::Cubes coarse = block();
+    geometry::Cubes fine = fixtures::box(3, 3, 3, 0.2 * h, {.young = 1e8});
+    fine.origin = Vec3(3, 0, 0);
+    const std::vector<BodyModel> both = {{&coarse}, {&fine}};
+    const BricksBody body = make_bricks(BodyModels(both), {.rigid = {1, 1}});
+    Collider ball;  // larger than a cube of the fine ones
+    ball.kind = Collider::Kind::sphere;
+    ball.radius = 0.03;
+    ball.pose = ball.before = geometry::Transform(Eigen::Translation3d(0.15, -0.03, 0.15));
+    State state = fallen(body, ball, {.frames = 8});
+    state.x.resize(coarse.corner_count());
+    EXPECT_NEAR(lowest(state), 0, deep * h);
+}
+
 TEST(FeatureTouches, WhatRestsWithinAWideFaceFeelsNoEdges)
 {
     // The same bytes whether the edges of the box are a metre or a hundred away.
