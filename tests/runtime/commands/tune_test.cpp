@@ -249,12 +249,31 @@ TEST(Tune, TakesVariablesForTheSizeAndTheSteps)
     EXPECT_EQ(run({"tune", file, "--size", "cel"}, out, err), exit_usage);
     EXPECT_NE(err.find("found no such variable 'cel'; did you mean 'cell'?"), std::string::npos)
         << err;
+    EXPECT_EQ(run({"tune", file, "--size", "cell", "--steps", "cell"}, out, err), exit_usage);
+    EXPECT_NE(err.find("found 'cell' for both: leave one out"), std::string::npos) << err;
     // Beyond the range of the parameter that follows it nothing is tried.
     EXPECT_EQ(run({"tune", file, "--error", "1e-9", "--size", "cell", "--steps", "steps", "--var",
                    "steps=800"},
                   out, err),
               exit_missed);
     EXPECT_NE(out.find("The range of steps ends there."), std::string::npos) << out;
+}
+
+// A variable that the size shrinks with, and one that the steps are twice of.
+TEST(Tune, TakesVariablesThatMakeFinerWhatFollowsThemAsTheyGrow)
+{
+    const toys::Folder folder;
+    const std::string file = folder
+                                 .write("t.json", R"({ "aspic": 1, "frames": { "last": 2 },
+        "variables": { "across": 2.5, "half": 1 }, "nodes": { "model": { "type": "Model@1",
+          "params": { "size": "=1 / across", "step": { "substeps": "=2 * half" } } } } })")
+                                 .string();
+    std::string out, err;
+    EXPECT_EQ(
+        run({"tune", file, "--error", "10%", "--size", "across", "--steps", "half"}, out, err),
+        exit_ok)
+        << err;
+    EXPECT_NE(out.find("Coarsest setting within 10 %: across=5 half=1 "), std::string::npos) << out;
 }
 
 TEST(Tune, MistakesAreSaid)
