@@ -75,7 +75,7 @@ struct ForceNumbers {
     Vec3 acceleration{0, 0, 0}, velocity{0, 0, 0}, force{0, 0, 0}, position{0, 0, 0};
     Vec3 torque{0, 0, 0}, swirl{0, 0, 0};
     double outward = 0, pressure = 0, air_density = 0, drag = 0, radius = 0;
-    Gusts gusts;
+    Gusts gusts = {};
     bool operator==(const ForceNumbers&) const = default;
 };
 
@@ -88,7 +88,7 @@ struct Force {
     Vec3 velocity{0, 0, 0};          // wind: of the air, m/s
     double air_density = 1.2;        // wind: kg/m^3, drag 1/2 rho |v_rel| v_rel per exposed area
     double drag = 1.0;               // wind: coefficient
-    Gusts gusts;                     // wind
+    Gusts gusts = {};                // wind
     Vec3 force{0, 0, 0};             // point: N, total
     Vec3 position{0, 0, 0};          // point, torque: m, in the rest shape; radial: in the world
     double radius = 0.1;             // point, torque, radial: m, falls off smoothly to 0 here
