@@ -10,8 +10,6 @@
 #include <limits>
 #include <optional>
 #include <span>
-#include <tuple>
-#include <unordered_map>
 #include <unordered_set>
 
 // Map: points along an edge; boxes; vertices and edges of a mesh near a place; those that crowd.
@@ -79,7 +77,7 @@ void add_of_box(const PosedCollider& c, const Box& region, double h, std::vector
     }
 }
 
-// A triangle near the region, with welded corners.
+// A triangle near the region, with welded corners by their places in the list of near ones.
 struct NearTriangle {
     std::uint32_t number = 0;
     std::array<std::uint32_t, 3> corner{};
@@ -89,8 +87,10 @@ struct NearTriangle {
 
 // A side of a triangle; those of one edge have the same ends.
 struct Side {
-    std::uint32_t a, b;
-    std::uint32_t triangle, number;  // of the near ones; among the sides of the mesh
+    std::uint64_t ends;              // the lower one in the upper half
+    std::uint32_t number, triangle;  // among the sides of the mesh; of the near ones
+    std::uint32_t a() const { return static_cast<std::uint32_t>(ends >> 32); }
+    std::uint32_t b() const { return static_cast<std::uint32_t>(ends); }
 };
 
 // What the triangles at a corner tell.
@@ -144,48 +144,65 @@ private:
         double bluntness;  // 0 .. 1
     };
 
-    Vec3 place_of(std::uint32_t v) const
+    Vec3 place_at(std::uint32_t v) const
     {
         const Vec3 now = c_.mesh->positions[v].cast<double>();
         if (!c_.mesh_before) return now;
         return now - c_.behind * (now - c_.mesh_before->positions[v].cast<double>());
     }
+    const Vec3& place_of(std::uint32_t corner) const { return place_[corner]; }
 
-    // Corners at one place are one, with the least of their numbers.
     void take_triangles()
     {
         const Box wide = wider_by_way();
         const auto numbers = c_.tree->triangles_in({wide.lo.cast<float>(), wide.hi.cast<float>()});
-        std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> at_place;
-        std::unordered_map<std::uint32_t, std::uint32_t> welded;
-        const auto& positions = c_.mesh->positions;
-        std::vector<std::uint32_t> vertices;
+        const auto& triangles = c_.mesh->topology->triangles;
         for (const auto t : numbers) {
-            const auto& corners = c_.mesh->topology->triangles[t];
-            vertices.insert(vertices.end(), corners.begin(), corners.end());
+            vertex_.insert(vertex_.end(), triangles[t].begin(), triangles[t].end());
         }
-        std::sort(vertices.begin(), vertices.end());
-        vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
-        for (const auto v : vertices) {
-            auto& here = at_place[hash_of(positions[v])];
-            const auto same = std::find_if(here.begin(), here.end(), [&](std::uint32_t other) {
-                return positions[other] == positions[v];
-            });
-            welded[v] = same == here.end() ? v : *same;
-            if (same == here.end()) here.push_back(v);
-        }
+        std::sort(vertex_.begin(), vertex_.end());
+        vertex_.erase(std::unique(vertex_.begin(), vertex_.end()), vertex_.end());
+        for (const auto v : vertex_) place_.push_back(place_at(v));
+        const std::vector<std::uint32_t> welded = weld();
+        corners_.resize(vertex_.size());
+        triangles_.reserve(numbers.size());
         for (const auto t : numbers) {
-            const auto& corners = c_.mesh->topology->triangles[t];
             NearTriangle near;
             near.number = t;
-            for (std::size_t i = 0; i < 3; ++i) near.corner[i] = welded[corners[i]];
-            const Vec3 a = place_of(near.corner[0]);
+            for (std::size_t i = 0; i < 3; ++i) {
+                const auto found =
+                    std::lower_bound(vertex_.begin(), vertex_.end(), triangles[t][i]);
+                near.corner[i] = welded[static_cast<std::size_t>(found - vertex_.begin())];
+            }
+            const Vec3& a = place_of(near.corner[0]);
             const Vec3 normal = (place_of(near.corner[1]) - a).cross(place_of(near.corner[2]) - a);
             near.area = normal.norm() / 2;
             if (!(near.area > 0)) continue;
             near.normal = normal / (2 * near.area);
             triangles_.push_back(near);
         }
+    }
+
+    // Corners at one place are one, with the least of their numbers.
+    std::vector<std::uint32_t> weld() const
+    {
+        std::vector<std::pair<std::uint64_t, std::uint32_t>> by_place(vertex_.size());
+        for (std::uint32_t k = 0; k < vertex_.size(); ++k) {
+            by_place[k] = {hash_of(c_.mesh->positions[vertex_[k]]), k};
+        }
+        std::sort(by_place.begin(), by_place.end());
+        std::vector<std::uint32_t> out(vertex_.size());
+        for (std::size_t i = 0, begin = 0; i < by_place.size(); ++i) {
+            if (by_place[i].first != by_place[begin].first) begin = i;
+            const auto k = by_place[i].second;
+            std::size_t same = begin;  // those of one hash are few
+            while (same < i && c_.mesh->positions[vertex_[by_place[same].second]] !=
+                                   c_.mesh->positions[vertex_[k]]) {
+                ++same;
+            }
+            out[k] = by_place[same].second;
+        }
+        return out;
     }
 
     Box wider_by_way() const
@@ -210,7 +227,7 @@ private:
     {
         for (const NearTriangle& t : triangles_) {
             for (std::size_t i = 0; i < 3; ++i) {
-                const Vec3 p = place_of(t.corner[i]);
+                const Vec3& p = place_of(t.corner[i]);
                 const Vec3 u = (place_of(t.corner[(i + 1) % 3]) - p).normalized();
                 const Vec3 v = (place_of(t.corner[(i + 2) % 3]) - p).normalized();
                 const double angle = std::atan2(u.cross(v).norm(), u.dot(v));
@@ -232,15 +249,16 @@ private:
     std::vector<Side> sides() const
     {
         std::vector<Side> out;
+        out.reserve(3 * triangles_.size());
         for (std::uint32_t i = 0; i < triangles_.size(); ++i) {
             const NearTriangle& t = triangles_[i];
             for (std::uint32_t s = 0; s < 3; ++s) {
                 const auto [a, b] = std::minmax({t.corner[s], t.corner[(s + 1) % 3]});
-                if (a != b) out.push_back({a, b, i, 3 * t.number + s});
+                if (a != b) out.push_back({std::uint64_t{a} << 32 | b, 3 * t.number + s, i});
             }
         }
         std::sort(out.begin(), out.end(), [](const Side& x, const Side& y) {
-            return std::tie(x.a, x.b, x.number) < std::tie(y.a, y.b, y.number);
+            return x.ends != y.ends ? x.ends < y.ends : x.number < y.number;
         });
         return out;
     }
@@ -254,7 +272,7 @@ private:
         }
         const NearTriangle &s = triangles_[of_edge[0].triangle],
                            &t = triangles_[of_edge[1].triangle];
-        const Vec3 from = place_of(of_edge[0].a), to = place_of(of_edge[0].b);
+        const Vec3 &from = place_of(of_edge[0].a()), &to = place_of(of_edge[0].b());
         const double turned = s.normal.dot(t.normal);
         const double cosine = c_.sheet ? std::abs(turned) : turned;  // its faces may look any way
         const double angle = std::atan2(s.normal.cross(t.normal).norm(), cosine);
@@ -286,15 +304,15 @@ private:
         const std::vector<Side> all = sides();
         for (std::size_t i = 0; i < all.size();) {
             std::size_t end = i + 1;
-            while (end < all.size() && all[end].a == all[i].a && all[end].b == all[i].b) ++end;
+            while (end < all.size() && all[end].ends == all[i].ends) ++end;
             const std::span<const Side> edge(all.data() + i, end - i);
             i = end;
             const auto bluntness = bluntness_of(edge);
             if (!bluntness) continue;
-            corners_[edge[0].a].on_edge = corners_[edge[0].b].on_edge = true;
+            corners_[edge[0].a()].on_edge = corners_[edge[0].b()].on_edge = true;
             Vec3 outward = Vec3::Zero();
             for (const Side& side : edge) outward += triangles_[side.triangle].normal;
-            edges_.push_back({place_of(edge[0].a), place_of(edge[0].b), facing(outward),
+            edges_.push_back({place_of(edge[0].a()), place_of(edge[0].b()), facing(outward),
                               vertices + edge[0].number * of_edge, of_edge - 1.0});
             bluntness_.push_back(*bluntness);
         }
@@ -312,12 +330,13 @@ private:
 
     void add_corners(std::vector<Ranked>& out) const
     {
-        for (const auto& [k, at] : corners_) {
-            const Vec3 place = place_of(k);
-            if (!holds(region_, place)) continue;
+        for (std::uint32_t k = 0; k < corners_.size(); ++k) {
+            const AtCorner& at = corners_[k];
+            const Vec3& place = place_of(k);
+            if (!(at.angles > 0) || !holds(region_, place)) continue;
             const bool tip = at.steepest < sharp && at.sides.dot(at.outward) < 0;
             if (!at.on_edge && !tip) continue;
-            out.push_back({{k, place, facing(at.outward)}, at.outward.norm() / at.angles});
+            out.push_back({{vertex_[k], place, facing(at.outward)}, at.outward.norm() / at.angles});
         }
     }
 
@@ -342,8 +361,10 @@ private:
     const PosedCollider& c_;
     const Box& region_;
     double h_;
+    std::vector<std::uint32_t> vertex_;  // of the mesh, in order: those of near triangles
+    std::vector<Vec3> place_;            // m, of each of them
+    std::vector<AtCorner> corners_;      // of each; only welded ones have any
     std::vector<NearTriangle> triangles_;
-    std::unordered_map<std::uint32_t, AtCorner> corners_;
     std::vector<Edge> edges_;
     std::vector<double> bluntness_;  // of each edge, 0 .. 1
 };
