@@ -19,7 +19,7 @@ struct Dial {
     bool grows = false;   // finer is larger
     double least = -std::numeric_limits<double>::infinity(),
            most = std::numeric_limits<double>::infinity();
-    std::string cubes;  // the node's output "cubes" as node.port; empty: it has none
+    std::string cubes = {};  // the node's output "cubes" as node.port; empty: it has none
 
     double at(int halvings) const { return std::ldexp(value, grows ? halvings : -halvings); }
     bool allows(int halvings) const
