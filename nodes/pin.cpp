@@ -211,6 +211,19 @@ static void warn_of_unused_motion(const Inputs& in, const graph::Context& contex
                              unused));
 }
 
+static void warn_of_free_axes(const Inputs& in, const graph::Context& context)
+{
+    std::string lost;
+    for (int a = 0; a < 3; ++a) {
+        if ((bits_of(in.axes) >> a & 1) != 0 || in.translate[a] == 0) continue;
+        lost += (lost.empty() ? "" : ", ") + std::string(1, "xyz"[a]);
+    }
+    if (lost.empty()) return;
+    context.warn(fmt::format("no effect of translate along {}, because `axes` leaves that free: "
+                             "add it to axes, or leave it out of translate",
+                             lost));
+}
+
 // Where the nearest corner is; of a rim there always are some.
 static std::string nearest_corner(const Inputs& in)
 {
@@ -240,7 +253,7 @@ static Outputs hold_points(const Inputs& in, const graph::Context& context)
     if (in.matter->cubes.empty())
         context.warn("no material of the cubes lies in the chosen region: nothing is pinned");
     return {in.follow ? physics::matter_on(*in.cubes, *in.matter, in.follow->positions)
-                      : physics::matter_at(*in.cubes, *in.matter, motion_of(in))};
+                      : physics::matter_at(*in.cubes, *in.matter, motion_of(in), in.pivot)};
 }
 
 static Outputs run(const Inputs& in, const graph::Context& context)
@@ -248,6 +261,8 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     if (in.follow) {
         require_a_vertex_a_corner(in);
         warn_of_unused_motion(in, context);
+    } else {
+        warn_of_free_axes(in, context);
     }
     if (in.on == 0) return let_go(in);
     if (in.hold == Hold::points) return hold_points(in, context);
@@ -256,8 +271,9 @@ static Outputs run(const Inputs& in, const graph::Context& context)
         context.warn("no corner of the cubes lies in the chosen region: nothing is pinned" +
                      nearest_corner(in));
     warn_of_all(in, corners.size(), context);
-    Outputs out{in.follow ? physics::pins_on(*in.cubes, std::move(corners), in.follow->positions)
-                          : physics::pins_at(*in.cubes, std::move(corners), motion_of(in))};
+    Outputs out{in.follow
+                    ? physics::pins_on(*in.cubes, std::move(corners), in.follow->positions)
+                    : physics::pins_at(*in.cubes, std::move(corners), motion_of(in), in.pivot)};
     if (in.axes != Axes::xyz) out.pins.axes.assign(out.pins.corner.size(), bits_of(in.axes));
     return out;
 }
@@ -310,7 +326,10 @@ static void describe_motion(graph::NodeBuilder<Inputs, Outputs>& node)
                "Rotation of what is pinned about the pivot: about x, then y, then z, each axis "
                "fixed in space.",
                {.unit = "deg"})
-        .param("pivot", &Inputs::pivot, "Centre of the rotation.", {.unit = "m"})
+        .param("pivot", &Inputs::pivot,
+               "Centre of the rotation, at rest. Within a frame, what is pinned goes along arcs "
+               "about it.",
+               {.unit = "m"})
         .param("on", &Inputs::on,
                "1 holds what is chosen, 0 lets it go. A frame number in an expression releases a "
                "body (=frame < 24), as keyframes with interpolation = step do. What is held anew "
@@ -332,7 +351,8 @@ void add_to(graph::Registry& registry)
         .input("follow", &Inputs::follow,
                "Pinned corners follow the vertices of this mesh at this frame. It is the mesh that "
                "Plane or Sheet made with these cubes, carried along by something else. Where Sheet "
-               "cut faces (`longest_side`) or joined vertices, take the mesh of CubeMesh.",
+               "cut faces (`longest_side`) or joined vertices, and for cubes of Voxelize, take the "
+               "mesh of CubeMesh: through a Transform, it scales what is pinned, too.",
                graph::Need::optional)
         .choice(
             "hold", &Inputs::hold, {"corners", "points"},

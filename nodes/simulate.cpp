@@ -315,6 +315,19 @@ static void tell(const Inputs& in, const physics::State& state, const graph::Con
     context.tell(simulation_figures(state, solved, in.step, energy, edge));
 }
 
+static void warn_of_bodies(const Inputs& in, const physics::Pins& pins, const physics::State& state,
+                           const graph::Context& context)
+{
+    if (in.method != Method::bricks || in.initial_shape != Shape::given ||
+        in.step.integrator != physics::Integrator::implicit_euler) {
+        return;
+    }
+    for (const auto& hint : told_of_stiff(in.cubes, in.bodies, state, in.step.substeps)) {
+        context.warn(hint);
+    }
+    for (const auto& text : told_of_torn_pins(in.cubes, in.bodies, pins, state)) context.warn(text);
+}
+
 static Outputs run(const Inputs& in, const graph::Context& context)
 {
     if (in.cubes.empty()) throw std::invalid_argument(no_cubes);
@@ -356,11 +369,7 @@ static Outputs run(const Inputs& in, const graph::Context& context)
         [&](const auto& body) { return advance(body, std::move(last), loads, dt, in.step); },
         in.body->is);
     for (const auto& warning : state.report.warnings) context.warn(warning);
-    if (in.method == Method::bricks && in.initial_shape == Shape::given &&
-        in.step.integrator == physics::Integrator::implicit_euler) {
-        for (const auto& hint : told_of_stiff(in.cubes, in.bodies, state, in.step.substeps))
-            context.warn(hint);
-    }
+    warn_of_bodies(in, loads.pins, state, context);
     state.models = in.body->models;
     state.gravity = in.gravity;
     tell(in, state, context);
@@ -434,7 +443,10 @@ void add_to(graph::Registry& registry)
             "and a "
             "Plane beside solids, is touched at its own vertices, whatever its mesh.")
         .check(check)
-        .input("start", &Inputs::start, "Initial state. Without it the cubes start at rest.",
+        .input("start", &Inputs::start,
+               "Initial state: the one of the first frame. That of another Simulate is where it "
+               "begins, and not where it ends: to start from one that hangs or stands in "
+               "equilibrium, take `initial_shape`. Without it the cubes start at rest.",
                graph::Need::optional);
     describe_methods(node);
     node.param("dt", &Inputs::dt,

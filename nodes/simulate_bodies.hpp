@@ -5,6 +5,7 @@
 #include "geometry/cubes/cubes.hpp"
 #include "geometry/cubes/plane.hpp"
 #include "graph/types/node_builder.hpp"
+#include "physics/state/loads.hpp"
 #include "physics/state/report_texts.hpp"
 #include "physics/state/state.hpp"
 
@@ -73,14 +74,48 @@ told_of_stiff(const std::vector<graph::Wire<geometry::Cubes>>& cubes,
         stiff += fmt::format("{}{}", stiff.empty() ? "" : ", ", i);
     }
     if (stiff.empty()) return {};
+    const bool touched = !state.grips.empty() || !state.holds.empty();
     return {fmt::format(
-        "stiff bodies hit something, {}: set `rigid` = true in `bodies` (entry {}) "
-        "where they would not visibly bend",
-        !slow ? std::string("and contact did not converge")
+        "stiff bodies {}, {}: set `rigid` = true in `bodies` (entry {}) "
+        "where they would not visibly bend{}",
+        touched ? "hit something" : "are driven or turn fast",
+        !slow ? std::string(touched ? "and contact did not converge"
+                                    : "and the steps did not converge")
         : asked > 0
             ? fmt::format("which took {} times as many steps as were asked for, or more", many)
             : fmt::format("which took {} steps a frame, or more", many),
-        stiff)};
+        stiff, touched ? "" : ", or let what drives them begin and end gently")};
+}
+
+// Rigid bodies whose pins are not where they ask to be at the end of a frame, as no rigid motion
+// takes all of them there.
+inline std::vector<std::string>
+told_of_torn_pins(const std::vector<graph::Wire<geometry::Cubes>>& cubes,
+                  const std::vector<OneBody>& bodies, const physics::Pins& pins,
+                  const physics::State& state)
+{
+    constexpr double visible = 0.02;  // cubes
+    std::vector<std::string> out;
+    std::size_t first = 0, pin = 0;  // pins are sorted by corner
+    for (std::size_t i = 0; i < cubes.size(); ++i) {
+        const std::size_t end = first + cubes[i]->corner_count();
+        bool off = false;
+        for (; pin < pins.corner.size() && pins.corner[pin] < end; ++pin) {
+            geometry::Vec3 miss = state.x[pins.corner[pin]] - pins.target[pin];
+            for (int a = 0; a < 3; ++a) {
+                if ((physics::held_axes(pins, pin) >> a & 1) == 0) miss[a] = 0;
+            }
+            off |= miss.norm() > visible * cubes[i]->size;
+        }
+        first = end;
+        if (!off || i >= bodies.size() || !bodies[i].rigid) continue;
+        out.push_back(fmt::format(
+            "rigid body {} is not where its pins ask it to be: they, or pins and what it touches, "
+            "ask for another shape or place than it can take. Pin one region of it, give its pins "
+            "one motion, or set `rigid` = false",
+            i));
+    }
+    return out;
 }
 
 }  // namespace nodes::simulate

@@ -37,7 +37,7 @@ std::vector<std::uint32_t> parts_held(const CornerBody& body, const HeldMatter& 
 HoldingElasticity::HoldingElasticity(const CornerBody& body, Elasticity& method,
                                      const HeldMatter& matter, std::vector<Vec3> from)
     : method_(method), matter_(matter),
-      paths_(std::move(from), matter.target, parts_held(body, matter), body.h),
+      paths_(std::move(from), matter.target, parts_held(body, matter), matter.pivot, body.h),
       target_(matter.target)
 {
     for (const HeldCube& cube : matter.cubes) {

@@ -1,6 +1,7 @@
 #include "physics/bricks/pin_paths.hpp"
 
 #include "geometry/base/no_index.hpp"
+#include "physics/state/loads.hpp"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
@@ -127,7 +128,8 @@ std::vector<RigidGroup> rigid_groups(const Moves& moves, std::vector<std::size_t
 }  // namespace
 
 PinPaths::PinPaths(std::vector<Vec3> from, std::vector<Vec3> to,
-                   const std::vector<std::uint32_t>& group, double edge)
+                   const std::vector<std::uint32_t>& group, const std::vector<Vec3>& pivots,
+                   double edge)
     : from_(std::move(from)), to_(std::move(to))
 {
     constexpr double least = 1e-6;  // rad
@@ -142,7 +144,13 @@ PinPaths::PinPaths(std::vector<Vec3> from, std::vector<Vec3> to,
             if (!(move.by.angle() > least)) continue;
             turn_.resize(from_.size(), no_index);
             for (const auto i : points) turn_[i] = static_cast<std::uint32_t>(turns_.size());
-            turns_.push_back({move.from, move.to, move.by.axis(), move.by.angle()});
+            Turn turn{move.from, move.to, move.by.axis(), move.by.angle()};
+            const Vec3 pivot = pivot_of(pivots, points[0]);
+            if (pivot.allFinite()) {
+                turn.to = pivot;
+                turn.from = move.from + move.by.inverse() * Vec3(pivot - move.to);
+            }
+            turns_.push_back(turn);
         }
     }
 }
@@ -200,16 +208,25 @@ void PinPaths::add_moments(const std::vector<Vec3>& more, std::vector<Vec3>& for
 {
     // By forces w x arm, whose sum is 0:  M = J w,  J = sum |arm|^2 I - arm arm^T. Points of a
     // group that turns lie on no line, so that J has an inverse.
+    std::vector<Vec3> middle(turns_.size(), Vec3::Zero());
+    std::vector<double> count(turns_.size(), 0);
+    for (std::size_t i = 0; i < forces.size(); ++i) {
+        if (turn_[i] == no_index) continue;
+        middle[turn_[i]] += arm(turns_[turn_[i]], i, 1);
+        count[turn_[i]] += 1;
+    }
+    for (std::size_t t = 0; t < turns_.size(); ++t) middle[t] /= count[t];
     std::vector<Mat3> spread(turns_.size(), Mat3::Zero());
     for (std::size_t i = 0; i < forces.size(); ++i) {
         if (turn_[i] == no_index) continue;
-        const Vec3 from = arm(turns_[turn_[i]], i, 1);
+        const Vec3 from = arm(turns_[turn_[i]], i, 1) - middle[turn_[i]];
         spread[turn_[i]] += from.squaredNorm() * Mat3::Identity() - from * from.transpose();
     }
     std::vector<Vec3> w;
     for (std::size_t t = 0; t < turns_.size(); ++t) w.emplace_back(spread[t].ldlt().solve(more[t]));
     for (std::size_t i = 0; i < forces.size(); ++i) {
-        if (turn_[i] != no_index) forces[i] += w[turn_[i]].cross(arm(turns_[turn_[i]], i, 1));
+        if (turn_[i] == no_index) continue;
+        forces[i] += w[turn_[i]].cross(arm(turns_[turn_[i]], i, 1) - middle[turn_[i]]);
     }
 }
 

@@ -7,7 +7,9 @@
 // slower than they turn. Where several hold a part and move differently, those that move alike turn
 // together. What else pins do is even along lines.
 //   y(s) = c0 + s (c1 - c0) + R(s a) (y0 - c0) + s e,   e = y1 - c1 - R(a) (y0 - c0)
-// with the mean places c, the turn a, and what is left over, e.
+// with the turn a, what is left over, e, and the places c that they turn about: their pivot, where
+// the pins tell it, or else the mean of their own. A pin that swings what it holds about a pivot
+// beside that moves it along an arc.
 
 #include "geometry/base/vec.hpp"
 
@@ -21,9 +23,10 @@ using geometry::Vec3;
 class PinPaths {
 public:
     PinPaths() = default;
-    // `group`: of each point, the part that it moves with; no_index: none. `edge`: m, of a cube.
+    // `group`: of each point, the part that it moves with; no_index: none. `pivots`: as those of
+    // Pins. `edge`: m, of a cube.
     PinPaths(std::vector<Vec3> from, std::vector<Vec3> to, const std::vector<std::uint32_t>& group,
-             double edge);
+             const std::vector<Vec3>& pivots, double edge);
 
     // m, of a point when a share of the frame has gone by.
     Vec3 at(std::size_t point, double share) const;
@@ -39,7 +42,7 @@ public:
 
 private:
     struct Turn {
-        Vec3 from = Vec3::Zero(), to = Vec3::Zero();  // m, the mean places
+        Vec3 from = Vec3::Zero(), to = Vec3::Zero();  // m, what it turns about
         Vec3 axis = Vec3::Zero();                     // unit
         double angle = 0;                             // rad
     };

@@ -26,12 +26,15 @@ Pins with_rigid_pins(const BricksBody& body, const Pins& pins, double dt,
     Pins out;
     out.cubes = pins.cubes;
     out.matter = pins.matter;
+    if (out.matter.pivot.empty())
+        out.matter.pivot.assign(out.matter.corner.size(), pivot_of({}, 0));
     for (std::size_t p = 0; p < pins.corner.size(); ++p) {
         const auto corner = pins.corner[p];
         const auto axes = held_axes(pins, p);
         if (base.rigid[part_of(corner)] == 0) {
             out.corner.push_back(corner);
             out.target.push_back(pins.target[p]);
+            out.pivot.push_back(pivot_of(pins.pivot, p));
             if (!pins.axes.empty()) out.axes.push_back(axes);
             continue;
         }
@@ -40,6 +43,7 @@ Pins with_rigid_pins(const BricksBody& body, const Pins& pins, double dt,
         held.corner.fill(static_cast<std::uint32_t>(out.matter.corner.size()));
         out.matter.corner.push_back(corner);
         out.matter.target.push_back(pins.target[p]);
+        out.matter.pivot.push_back(pivot_of(pins.pivot, p));
         for (std::size_t a = 0; a < 8; ++a) {  // nothing holds the other seven
             if (eight[a] != corner) continue;
             held.stiffness[a * (a + 1) / 2 + a] =

@@ -54,7 +54,7 @@ void StepFrame::start_at(const Aligned<double>& x)
         const bool whole = held_axes(pins, p) == all_axes;
         group.push_back(whole ? body.part_of(slot) : geometry::no_index);
     }
-    pin_paths = PinPaths(std::move(from), pins.target, group, body.h);
+    pin_paths = PinPaths(std::move(from), pins.target, group, pins.pivot, body.h);
 }
 
 void StepFrame::take_forces(double share)

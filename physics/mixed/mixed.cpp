@@ -50,6 +50,7 @@ Pins pins_of(const Pins& pins, const std::vector<std::uint32_t>& own, std::size_
         if (corner == no_index) continue;
         out.corner.push_back(corner);
         out.target.push_back(pins.target[p]);
+        out.pivot.push_back(pivot_of(pins.pivot, p));
         if (!pins.axes.empty()) out.axes.push_back(pins.axes[p]);
     }
     if (own_cubes.empty()) return out;  // of sheets, which hold no points
@@ -80,12 +81,14 @@ Pins join_pins(const MixedBody& body, const Pins& solids, const Pins& sheets)
         std::uint32_t corner;
         Vec3 target;
         std::uint8_t axes;
+        Vec3 pivot;
         bool operator<(const One& other) const { return corner < other.corner; }
     };
     std::vector<One> all;
     const auto add = [&](const Pins& pins, const std::vector<std::uint32_t>& corner_of) {
         for (std::size_t p = 0; p < pins.corner.size(); ++p) {
-            all.push_back({corner_of[pins.corner[p]], pins.target[p], held_axes(pins, p)});
+            all.push_back({corner_of[pins.corner[p]], pins.target[p], held_axes(pins, p),
+                           pivot_of(pins.pivot, p)});
         }
     };
     add(solids, body.solid_corner);
@@ -97,6 +100,7 @@ Pins join_pins(const MixedBody& body, const Pins& solids, const Pins& sheets)
     for (const One& one : all) {
         out.corner.push_back(one.corner);
         out.target.push_back(one.target);
+        out.pivot.push_back(one.pivot);
         if (!solids.axes.empty()) out.axes.push_back(one.axes);
     }
     return out;

@@ -271,9 +271,11 @@ Pins pins_on(const Cubes& cubes, std::vector<std::uint32_t> corners,
     return out;
 }
 
-Pins pins_at(const Cubes& cubes, std::vector<std::uint32_t> corners, const Transform& motion)
+Pins pins_at(const Cubes& cubes, std::vector<std::uint32_t> corners, const Transform& motion,
+             const std::optional<Vec3>& pivot)
 {
     Pins out;
+    if (pivot) out.pivot.assign(corners.size(), motion * *pivot);
     out.target.reserve(corners.size());
     for (const auto k : corners) out.target.push_back(motion * cubes.corner_position(k));
     out.corner = std::move(corners);

@@ -7,6 +7,7 @@
 #include "geometry/mesh/mesh_fwd.hpp"
 #include "physics/state/loads.hpp"
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -38,9 +39,10 @@ geometry::TriMesh faces_of(const geometry::TriMesh& mesh, const std::string& nam
 // than four cells, its border and that of its holes.
 std::vector<std::uint32_t> corners_at_rim(const geometry::Cubes& cubes);
 
-// Pins that hold those corners where `motion` takes their rest positions.
+// Pins that hold those corners where `motion` takes their rest positions. On their way they turn
+// about `pivot`, a place at rest; without one, about their middle.
 Pins pins_at(const geometry::Cubes& cubes, std::vector<std::uint32_t> corners,
-             const Transform& motion);
+             const Transform& motion, const std::optional<Vec3>& pivot = {});
 
 // Throws std::invalid_argument when there are not as many places as corners.
 void require_a_place_a_corner(const geometry::Cubes& cubes,

@@ -209,8 +209,11 @@ Vec3 middle_of(const HeldMatter& matter, const HeldCube& cube)
     return sum / whole;
 }
 
-Pins matter_at(const Cubes& cubes, HeldMatter matter, const Transform& motion)
+Pins matter_at(const Cubes& cubes, HeldMatter matter, const Transform& motion,
+               const std::optional<Vec3>& pivot)
 {
+    matter.pivot.clear();
+    if (pivot) matter.pivot.assign(matter.corner.size(), motion * *pivot);
     matter.target.clear();
     for (const auto k : matter.corner) matter.target.push_back(motion * cubes.corner_position(k));
     return pins_of(cubes, std::move(matter));

@@ -24,6 +24,7 @@
 #include "physics/state/state.hpp"
 
 #include <functional>
+#include <optional>
 #include <string>
 
 namespace physics {
@@ -50,8 +51,9 @@ HeldMatter matter_within(const geometry::Cubes& cubes, const Outside& outside,
                          const geometry::TriangleBvh* mesh, std::uint8_t axes);
 
 // Pins that hold it where `motion` takes it, or where its cubes would have it with their corners at
-// `places` (one for each corner of the cubes).
-Pins matter_at(const geometry::Cubes& cubes, HeldMatter matter, const Transform& motion);
+// `places` (one for each corner of the cubes). `pivot`: as that of pins_at().
+Pins matter_at(const geometry::Cubes& cubes, HeldMatter matter, const Transform& motion,
+               const std::optional<Vec3>& pivot = {});
 Pins matter_on(const geometry::Cubes& cubes, HeldMatter matter,
                const std::vector<geometry::Vec3f>& places);
 

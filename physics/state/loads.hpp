@@ -9,6 +9,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -36,6 +37,7 @@ struct HeldMatter {
     std::vector<std::uint32_t> corner;  // H, of these cubes; of several pins, one may stand twice
     std::vector<Vec3> target;           // H, m, where each would be at the end of this frame
     std::vector<HeldCube> cubes;        // of one pin, by cube
+    std::vector<Vec3> pivot = {};       // H, as that of Pins
 };
 
 // Corners whose motion is prescribed, along all axes of the world or some of them, and points of
@@ -47,10 +49,19 @@ struct Pins {
     // P, bits 1, 2, 4: held along x, y, z; empty: along all
     std::vector<std::uint8_t> axes = {};
     HeldMatter matter = {};
+    // P, m, where the place is at the end of this frame that each turns about on its way; not a
+    // number: the middle of those that turn with it. Empty: of all
+    std::vector<Vec3> pivot = {};
 
     bool empty() const { return corner.empty() && matter.cubes.empty(); }
 };
 inline constexpr std::uint8_t all_axes = 7;
+
+inline Vec3 pivot_of(const std::vector<Vec3>& pivots, std::size_t pin)
+{
+    constexpr double none = std::numeric_limits<double>::quiet_NaN();
+    return pivots.empty() ? Vec3::Constant(none) : pivots[pin];
+}
 
 inline std::uint8_t held_axes(const Pins& pins, std::size_t pin)
 {

@@ -106,7 +106,8 @@ void check(Models models, const PartJointSettings& settings)
     for (const auto& cubes : models) {
         if (cubes->is_sheet()) {
             throw std::invalid_argument(
-                "a joint joins cubes of Voxelize, found a sheet: take Pin with `follow` for it");
+                "a joint joins cubes of Voxelize, found a sheet: take Pin with `follow` for it, "
+                "whose mesh moves by another Simulate or by keyframes");
         }
         if (cubes->count() == 0) {
             throw std::invalid_argument("expected at least one cube, found none");

@@ -85,6 +85,9 @@ void add_matter(const HeldMatter& some, HeldMatter& all)
     const auto first = static_cast<std::uint32_t>(all.corner.size());
     all.corner.insert(all.corner.end(), some.corner.begin(), some.corner.end());
     all.target.insert(all.target.end(), some.target.begin(), some.target.end());
+    for (std::size_t i = 0; i < some.corner.size(); ++i) {
+        all.pivot.push_back(pivot_of(some.pivot, i));
+    }
     for (HeldCube cube : some.cubes) {
         for (auto& at : cube.corner) at += first;
         all.cubes.push_back(cube);
@@ -148,6 +151,7 @@ Pins merge_pins(std::span<const std::shared_ptr<const Pins>> pins, std::size_t c
         Vec3 held = Vec3::Zero(), all = Vec3::Zero();
         std::array<int, 3> holders{};
         int count = 0;
+        Vec3 pivot = pivot_of({}, 0);  // the first that is told
     };
     std::map<std::uint32_t, Sum> sums;
     for (const auto& some : pins) {
@@ -156,6 +160,7 @@ Pins merge_pins(std::span<const std::shared_ptr<const Pins>> pins, std::size_t c
             Sum& sum = sums[some->corner[i]];
             sum.all += some->target[i];
             ++sum.count;
+            if (!sum.pivot.allFinite()) sum.pivot = pivot_of(some->pivot, i);
             for (unsigned a = 0; a < 3; ++a) {
                 if ((held_axes(*some, i) >> a & 1) == 0) continue;
                 sum.held[a] += some->target[i][a];
@@ -175,6 +180,7 @@ Pins merge_pins(std::span<const std::shared_ptr<const Pins>> pins, std::size_t c
         }
         out.corner.push_back(corner);
         out.target.push_back(target);
+        out.pivot.push_back(sum.pivot);
         out.axes.push_back(axes);
         whole &= axes == all_axes;
     }

@@ -139,4 +139,20 @@ TEST(Pin, ThatFollowsAMeshTellsThatItsOwnMotionHasNoEffect)
     }
 }
 
+TEST(Pin, TellsThatItsMotionAlongFreeAxesHasNoEffect)
+{
+    for (const char* const hold : {"corners", "points"}) {
+        NodeRun pin = pin_up_to(Value::of(beam()), 2.75 * h, hold);
+        pin.param("axes").is = std::string("y");
+        pin.param("translate").is = Vector{0, 1, 0};
+        pin.run();
+        EXPECT_TRUE(pin.warnings.empty());
+        pin.param("translate").is = Vector{1, 1, 0};
+        pin.run();
+        ASSERT_EQ(pin.warnings.size(), 1u);
+        EXPECT_EQ(pin.warnings[0].rfind("no effect of translate along x, because `axes`", 0), 0u)
+            << pin.warnings[0];
+    }
+}
+
 }  // namespace

@@ -197,9 +197,16 @@ TEST(RigidBodyNodes, AreNamedWhereStiffOnesDoNotConverge)
     const auto texts = told(state, 0, 0);
     ASSERT_EQ(texts.size(), 1u);
     EXPECT_NE(
-        texts[0].find("and contact did not converge: set `rigid` = true in `bodies` (entry 0)"),
+        texts[0].find("are driven or turn fast, and the steps did not converge: set `rigid` = "
+                      "true in `bodies` (entry 0)"),
         std::string::npos)
         << texts[0];
+    state.holds.emplace_back();
+    const auto hit = told(state, 0, 0);
+    ASSERT_EQ(hit.size(), 1u);
+    EXPECT_NE(hit[0].find("hit something, and contact did not converge: set `rigid`"),
+              std::string::npos)
+        << hit[0];
     EXPECT_TRUE(told(state, 0, 1e7f).empty()) << "they strain by 1 %";
 }
 
@@ -282,6 +289,33 @@ TEST(RigidBodyNodes, AreRefusedWhereNothingMovesThem)
         problem(R"("initial_shape": "equilibrium")").find("rigid bodies have no equilibrium shape"),
         std::string::npos);
     EXPECT_EQ(problem(R"("gravity": [0, -9.81, 0])"), "");
+}
+
+TEST(RigidBodyNodes, PinsThatNoRigidMotionFollowsAreTold)
+{
+    const auto pulled = [](double apart) {
+        const std::string pin = R"(": { "type": "Pin@1", "inputs": { "cubes": "cubes.cubes" },
+            "params": { "where": "ends", "ends": { "axis": "x", "layers": 0, "end": ")";
+        return fmt::format(
+            R"("mesh": {{ "type": "Primitive@1", "params": {{ "shape": "box",
+                     "box": {{ "size": [0.4, 0.1, 0.1] }} }} }},
+           "cubes": {{ "type": "Voxelize@1", "inputs": {{ "mesh": "mesh.mesh" }}, "params": {{
+                      "method": "solid", "size": 0.05, "matter": {{ "preset": "oak" }} }} }},
+           "one{}low" }}, "translate": ["=0.01 * frame", 0, 0] }} }},
+           "two{}high" }}, "translate": ["={} * frame", 0, 0] }} }},
+           "sim": {{ "type": "Simulate@3", "inputs": {{ "cubes": "cubes.cubes",
+                    "pins": ["one.pins", "two.pins"] }}, "params": {{
+                    "bodies": [{{ "rigid": true }}] }} }})",
+            pin, pin, 0.01 + apart);
+    };
+    Scene torn(pulled(0.01)), moved(pulled(0));
+    torn.at<physics::State>("sim", 4);
+    moved.at<physics::State>("sim", 4);
+    EXPECT_TRUE(moved.warnings.empty()) << moved.warnings[0];
+    ASSERT_FALSE(torn.warnings.empty());
+    EXPECT_NE(torn.warnings[0].find("rigid body 0 is not where its pins ask it to be"),
+              std::string::npos)
+        << torn.warnings[0];
 }
 
 }  // namespace

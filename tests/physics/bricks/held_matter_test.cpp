@@ -165,6 +165,46 @@ TEST(HeldMatter, WhatIsLetGoFliesOnAsFastAsItsPinMovedIt)
     }
 }
 
+// Swung about a place beside it by 30 degrees a frame: along the arc, not along its chord.
+TEST(HeldMatter, WhatIsSwungAndLetGoFliesOffAlongTheTangent)
+{
+    const Cubes cubes = fixtures::box(2, 2, 2, h, {.young = 1e6});
+    std::vector<std::uint32_t> all;
+    for (std::uint32_t k = 0; k < cubes.corner_count(); ++k) all.push_back(k);
+    const Vec3 pivot(-1, h, h);
+    constexpr double turn = std::numbers::pi / 6;  // rad a frame
+    const auto motion = [&](int frames) -> Transform {
+        return Eigen::Translation3d(pivot) * Eigen::AngleAxisd(frames * turn, Vec3::UnitZ()) *
+               Eigen::Translation3d(-pivot);
+    };
+    for (const bool points : {false, true}) {
+        for (const bool rigid : {false, true}) {
+            const BricksBody body = make_bricks(cubes, {.rigid = {std::uint8_t(rigid)}});
+            for (const int substeps : {1, 4}) {
+                State state = rest_state(body);
+                Loads loads;
+                for (int frame = 1; frame <= 4; ++frame) {
+                    const Outside anywhere = [](const Vec3&) { return -1.0; };
+                    loads.pins =
+                        points ? matter_at(cubes, matter_within(cubes, anywhere, nullptr, all_axes),
+                                           motion(frame), pivot)
+                               : pins_at(cubes, all, motion(frame), pivot);
+                    state = advance(body, std::move(state), loads, 1.0 / 24,
+                                    {.substeps = substeps, .tolerance = 1e-9});
+                }
+                loads.pins = {};
+                state = advance(body, std::move(state), loads, 1.0 / 24, {.substeps = substeps});
+                const Vec3 arm = motion(4) * Vec3(h, h, h) - pivot;
+                const Vec3 speed = 24 * turn * Vec3::UnitZ().cross(arm);
+                const double mass = 1000 * 8 * h * h * h;
+                const Vec3 seen = fixtures::brick_motion(cubes, state).linear / mass;
+                EXPECT_LT((seen - speed).norm(), 0.02 * speed.norm())
+                    << points << " " << rigid << " " << substeps << ": " << seen.transpose();
+            }
+        }
+    }
+}
+
 // A vibration that the steps resolve goes on.
 TEST(HeldMatter, TheMidpointRuleLetsWhatPointsHoldVibrate)
 {

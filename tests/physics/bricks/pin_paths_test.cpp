@@ -39,7 +39,7 @@ std::vector<Vec3> turned(double share)
 TEST(PinPaths, WhatMovesAsARigidBodyTurnsEvenly)
 {
     const std::vector<std::uint32_t> together(box.size(), 7);
-    const PinPaths paths(box, turned(1), together, edge);
+    const PinPaths paths(box, turned(1), together, {}, edge);
     constexpr double ahead = 1e-6;
     for (const double share : {0.0, 0.3, 0.5, 1.0}) {
         const auto expected = turned(share), later = turned(share + ahead),
@@ -53,12 +53,47 @@ TEST(PinPaths, WhatMovesAsARigidBodyTurnsEvenly)
     for (std::size_t i = 0; i < box.size(); ++i) EXPECT_EQ(paths.at(i, 1), turned(1)[i]);
 }
 
+// Swung by 90 degrees about a place 10 m beside it, which moves by (0, 0, 2).
+TEST(PinPaths, WhatTurnsAboutAPivotGoesAlongAnArc)
+{
+    const auto swung = [](const Vec3& p, double share) -> Vec3 {
+        const Eigen::AngleAxisd by(share * std::numbers::pi / 2, Vec3::UnitY());
+        const Vec3 pivot(10, 0, 0);
+        return pivot + share * Vec3(0, 0, 2) + by * Vec3(p - pivot);
+    };
+    std::vector<Vec3> to;
+    for (const Vec3& p : box) to.push_back(swung(p, 1));
+    const std::vector<std::uint32_t> together(box.size(), 0);
+    const PinPaths paths(box, to, together, std::vector<Vec3>(box.size(), Vec3(10, 0, 2)), edge);
+    for (std::size_t i = 0; i < box.size(); ++i) {
+        const Vec3 arm = to[i] - Vec3(10, 0, 2);
+        const Vec3 speed = std::numbers::pi / 2 * Vec3::UnitY().cross(arm) + Vec3(0, 0, 2);
+        EXPECT_LT((paths.at(i, 0.5) - swung(box[i], 0.5)).norm(), 1e-12);
+        EXPECT_LT((paths.velocity(i, 1) - speed).norm(), 1e-12);
+    }
+    // Forces keep their sum and their moment.
+    const std::vector<Vec3> forces = {{3, 0, 1}, {0, -20, 5}, {7, 1, 0}, {0, 0, -9}, {2, 30, 0}};
+    const auto told = paths.at_end(forces, 0.5);
+    Vec3 sum = Vec3::Zero(), sum_at_end = Vec3::Zero(), middle = Vec3::Zero(), end = Vec3::Zero();
+    for (std::size_t i = 0; i < box.size(); ++i) {
+        sum += forces[i], sum_at_end += told[i];
+        middle += swung(box[i], 0.5) / double(box.size()), end += to[i] / double(box.size());
+    }
+    Vec3 moment = Vec3::Zero(), moment_at_end = Vec3::Zero();
+    for (std::size_t i = 0; i < box.size(); ++i) {
+        moment += (swung(box[i], 0.5) - middle).cross(forces[i]);
+        moment_at_end += (to[i] - end).cross(told[i]);
+    }
+    EXPECT_LT((sum_at_end - sum).norm(), 1e-12);
+    EXPECT_LT((moment_at_end - moment).norm(), 1e-11);
+}
+
 // Two pulls at the middle of the frame, against each other and along the arms to the mean place,
 // and a weight. Where the points are at its end, they have the moment and the sum that they had.
 TEST(PinPaths, ForcesTurnWithThePointsAndKeepTheirSum)
 {
     const std::vector<std::uint32_t> together(box.size(), 0);
-    const PinPaths paths(box, turned(1), together, edge);
+    const PinPaths paths(box, turned(1), together, {}, edge);
     const Vec3 weight(0, -10, 0);
     std::vector<Vec3> forces(box.size(), weight);
     const Vec3 middle = Vec3(0.4, 0.8, 1.2) + 0.5 * Vec3(1, 0, -2);
@@ -86,7 +121,7 @@ TEST(PinPaths, ForcesTurnWithThePointsAndKeepTheirSum)
 TEST(PinPaths, ForcesKeepTheirMomentAboutTheMeanPlace)
 {
     const std::vector<std::uint32_t> together(box.size(), 0);
-    const PinPaths paths(box, turned(1), together, edge);
+    const PinPaths paths(box, turned(1), together, {}, edge);
     const std::vector<Vec3> forces = {{3, 0, 1}, {0, -20, 5}, {7, 1, 0}, {0, 0, -9}, {2, 30, 0}};
     for (const double share : {0.0, 0.5, 0.75}) {
         const Vec3 middle = Vec3(0.4, 0.8, 1.2) + share * Vec3(1, 0, -2);
@@ -114,7 +149,7 @@ TEST(PinPaths, EachPartTurnsByItself)
     to.insert(to.end(), box.begin(), box.end());
     std::vector<std::uint32_t> parts(from.size(), 0);
     std::fill(parts.begin() + std::ptrdiff_t(box.size()), parts.end(), 1);
-    const PinPaths paths(from, to, parts, edge);
+    const PinPaths paths(from, to, parts, {}, edge);
     for (std::size_t i = 0; i < box.size(); ++i) {
         EXPECT_LT((paths.at(i, 0.5) - turned(0.5)[i]).norm(), 1e-14);
         EXPECT_EQ(paths.at(box.size() + i, 0.5), box[i]);
@@ -141,7 +176,7 @@ TEST(PinPaths, PinsThatMoveDifferentlyTurnByThemselves)
             }
         }
     }
-    const PinPaths paths(from, to, std::vector<std::uint32_t>(from.size(), 0), edge);
+    const PinPaths paths(from, to, std::vector<std::uint32_t>(from.size(), 0), {}, edge);
     for (std::size_t i = 0; i < from.size(); ++i) {
         EXPECT_LT((paths.at(i, 0.5) - pose(from[i], 0.5)).norm(), 1e-14) << from[i].transpose();
     }
@@ -163,7 +198,7 @@ TEST(PinPaths, AllElseGoesAlongLines)
     for (const auto& [from, to, part] :
          {Case{box, turned(1), geometry::no_index}, Case{box, bent, 0}, Case{line, line_turned, 0},
           Case{box, away, 0}, Case{{Vec3(1, 0, 0)}, {Vec3(0, 1, 0)}, 0}}) {
-        const PinPaths paths(from, to, std::vector<std::uint32_t>(from.size(), part), edge);
+        const PinPaths paths(from, to, std::vector<std::uint32_t>(from.size(), part), {}, edge);
         for (std::size_t i = 0; i < from.size(); ++i) {
             EXPECT_EQ(paths.at(i, 0.25), Vec3(from[i] + 0.25 * (to[i] - from[i])));
             EXPECT_EQ(paths.velocity(i, 0.25), Vec3(to[i] - from[i]));
