@@ -5,8 +5,8 @@
 // damp nothing.
 
 #include "physics/body/corner_body.hpp"
+#include "physics/body/pin_paths.hpp"
 #include "physics/bricks/elasticity.hpp"
-#include "physics/bricks/pin_paths.hpp"
 #include "physics/math/aligned_memory.hpp"
 #include "physics/state/state.hpp"
 

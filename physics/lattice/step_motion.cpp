@@ -142,10 +142,8 @@ void move(FrameState& step, double share)
     const auto& pins = step.loads.pins;
     for (std::size_t p = 0; p < pins.corner.size(); ++p) {
         const std::uint32_t k = pins.corner[p];
-        step.state.x[k] = share == 1
-                              ? pins.target[p]
-                              : Vec3(step.start[p] + share * (pins.target[p] - step.start[p]));
-        step.state.v[k] = (pins.target[p] - step.start[p]) / step.frame;
+        step.state.x[k] = step.pin_paths.at(p, share);
+        step.state.v[k] = step.pin_paths.velocity(p, share) / step.frame;
     }
     for (BallState& ball : step.state.balls) {
         ball.x += step.dt * ball.v;

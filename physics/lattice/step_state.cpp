@@ -54,7 +54,14 @@ void find_forces(FrameState& step, double share)
 void begin_frame(FrameState& step)
 {
     const CornerBody& base = step.body.base;
-    for (const auto k : step.loads.pins.corner) step.start.push_back(step.state.x[k]);
+    const Pins& pins = step.loads.pins;
+    std::vector<Vec3> from;
+    std::vector<std::uint32_t> part;
+    for (const auto k : pins.corner) {
+        from.push_back(step.state.x[k]);
+        part.push_back(base.part_of(base.slot_of(k)));
+    }
+    step.pin_paths = PinPaths(std::move(from), pins.target, part, pins.pivot, base.h);
     find_what_touches(step);
     make_room_in_state(step);
     find_forces(step, 1);

@@ -15,6 +15,7 @@
 //   plastic_flow       rest shapes that give way
 
 #include "geometry/base/parallel.hpp"
+#include "physics/body/pin_paths.hpp"
 #include "physics/lattice/lattice_body.hpp"
 #include "physics/lattice/lattice_contact.hpp"
 #include "physics/regions/region_sums.hpp"
@@ -55,7 +56,7 @@ struct FrameState {
     bool windy = false, damped = false;
     bool touches = false;  // there is something to touch; if not, forces and motion are one pass
     std::vector<double> inverse_mass;  // 1/kg, 0 of pins; where there can be contact
-    std::vector<Vec3> start;           // of pins, at the start of the frame
+    PinPaths pin_paths;                // of pins, from where the frame starts
     Pushes pushes;                     // of the last step
 
     // The regions of the links that hold.

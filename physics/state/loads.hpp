@@ -59,8 +59,8 @@ inline constexpr std::uint8_t all_axes = 7;
 
 inline Vec3 pivot_of(const std::vector<Vec3>& pivots, std::size_t pin)
 {
-    constexpr double none = std::numeric_limits<double>::quiet_NaN();
-    return pivots.empty() ? Vec3::Constant(none) : pivots[pin];
+    constexpr double open = std::numeric_limits<double>::quiet_NaN();
+    return pivots.empty() ? Vec3::Constant(open) : pivots[pin];
 }
 
 inline std::uint8_t held_axes(const Pins& pins, std::size_t pin)

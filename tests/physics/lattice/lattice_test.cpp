@@ -3,6 +3,7 @@
 #include "geometry/base/random.hpp"
 #include "geometry/cubes/plane.hpp"
 #include "physics/bricks/bricks.hpp"
+#include "physics/state/choose_corners.hpp"
 #include "tests/physics/cube_fixtures.hpp"
 #include "tests/physics/every_target.hpp"
 #include "tests/physics/state_measures.hpp"
@@ -412,6 +413,35 @@ TEST(Lattice, PinsMoveEvenlyWithinAFrame)
     const State one = led(rest, 1, 0.5, 2), two = led(led(rest, 0.5, 0.25, 1), 1, 0.25, 1);
     for (std::size_t k = 0; k < one.x.size(); ++k) {
         EXPECT_LT((one.x[k] - two.x[k]).norm(), 1e-12);  // measured from other middles
+    }
+}
+
+// Swung about a place beside it by 30 degrees a frame: along the arc, not along its chord.
+TEST(Lattice, WhatIsSwungAndLetGoFliesOffAlongTheTangent)
+{
+    const Cubes cubes = box(2, 2, 2, 0.1);
+    const LatticeBody body = lattice_of(cubes, 1);
+    const Vec3 pivot(-1, 0.1, 0.1);
+    constexpr double turn = std::numbers::pi / 6, dt = 1.0 / 24;
+    std::vector<std::uint32_t> all;
+    for (std::uint32_t k = 0; k < cubes.corner_count(); ++k) all.push_back(k);
+    const auto motion = [&](int frames) -> geometry::Transform {
+        return Eigen::Translation3d(pivot) * Eigen::AngleAxisd(frames * turn, Vec3::UnitZ()) *
+               Eigen::Translation3d(-pivot);
+    };
+    for (const int substeps : {1, 4}) {
+        State state = rest_state(body);
+        Loads loads;
+        for (int frame = 1; frame <= 4; ++frame) {
+            loads.pins = pins_at(cubes, all, motion(frame), pivot);
+            state = advance(body, std::move(state), loads, dt, stiffest(substeps, Precision::full));
+        }
+        loads.pins = {};
+        state = advance(body, std::move(state), loads, dt, stiffest(substeps, Precision::full));
+        const Vec3 speed = turn / dt * Vec3::UnitZ().cross(motion(4) * Vec3(0.1, 0.1, 0.1) - pivot);
+        Vec3 mean = Vec3::Zero();
+        for (const Vec3& v : state.v) mean += v / double(state.v.size());
+        EXPECT_LT((mean - speed).norm(), 0.01 * speed.norm()) << substeps << mean.transpose();
     }
 }
 

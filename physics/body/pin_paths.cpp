@@ -1,4 +1,4 @@
-#include "physics/bricks/pin_paths.hpp"
+#include "physics/body/pin_paths.hpp"
 
 #include "geometry/base/no_index.hpp"
 #include "physics/state/loads.hpp"

@@ -1,6 +1,6 @@
 // Where pins are within a frame.
 
-#include "physics/bricks/pin_paths.hpp"
+#include "physics/body/pin_paths.hpp"
 
 #include "geometry/base/no_index.hpp"
 
