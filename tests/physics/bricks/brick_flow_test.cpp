@@ -23,8 +23,8 @@ using geometry::Cubes;
 using geometry::Random;
 using geometry::Vec3;
 
-constexpr BrickElement every_element[] = {BrickElement::incompatible, BrickElement::trilinear,
-                                          BrickElement::one_point, BrickElement::relaxed};
+constexpr BrickElement flowing_elements[] = {BrickElement::incompatible, BrickElement::trilinear,
+                                             BrickElement::one_point, BrickElement::relaxed};
 
 // A twisted, stretched blob whose rest shapes have flowed as chance has it.
 struct Flowed {
@@ -68,7 +68,7 @@ struct Flowed {
     }
 };
 
-double largest(const std::vector<Vec3>& v)
+double longest_of(const std::vector<Vec3>& v)
 {
     double most = 0;
     for (const Vec3& each : v) most = std::max(most, each.norm());
@@ -77,7 +77,7 @@ double largest(const std::vector<Vec3>& v)
 
 TEST(BrickFlow, ForcesAreTheSlopeOfTheEnergy)
 {
-    for (const BrickElement element : every_element) {
+    for (const BrickElement element : flowing_elements) {
         Flowed flowed(element);
         const std::vector<Vec3> force = flowed.forces(flowed.x);
         const double step = 1e-6 * flowed.cubes.size;
@@ -86,7 +86,7 @@ TEST(BrickFlow, ForcesAreTheSlopeOfTheEnergy)
                 std::vector<Vec3> more = flowed.x, less = flowed.x;
                 more[k][i] += step, less[k][i] -= step;
                 const double slope = (flowed.energy(more) - flowed.energy(less)) / (2 * step);
-                EXPECT_NEAR(force[k][i], -slope, 1e-6 * largest(force));
+                EXPECT_NEAR(force[k][i], -slope, 1e-6 * longest_of(force));
             }
         }
     }
@@ -101,13 +101,13 @@ TEST(BrickFlow, ForcesOfAFlowedBodyHaveNoNetForceAndNoNetTorque)
         sum += force[k];
         torque += flowed.x[k].cross(force[k]);
     }
-    EXPECT_LT(sum.norm(), 1e-10 * largest(force));
-    EXPECT_LT(torque.norm(), 1e-10 * largest(force));
+    EXPECT_LT(sum.norm(), 1e-10 * longest_of(force));
+    EXPECT_LT(torque.norm(), 1e-10 * longest_of(force));
 }
 
 TEST(BrickFlow, TheHessianIsTheDerivativeOfTheForce)
 {
-    for (const BrickElement element : every_element) {
+    for (const BrickElement element : flowing_elements) {
         Flowed flowed(element);
         const Random random(8);
         std::vector<Vec3> p = flowed.x, more = flowed.x, less = flowed.x;
@@ -135,7 +135,7 @@ TEST(BrickFlow, TheHessianIsTheDerivativeOfTheForce)
                 }
             }
         }
-        const double scale = largest(product);
+        const double scale = longest_of(product);
         for (std::size_t k = 0; k < p.size(); ++k) {
             const Vec3 expected = (low[k] - high[k]) / (2 * step);
             const Vec3 found = Eigen::Map<const Vec3>(&y[4 * flowed.body.base.slot_of(k)]);

@@ -26,8 +26,8 @@ using geometry::Mat3;
 using geometry::Random;
 using geometry::Vec3;
 
-constexpr BrickElement every_element[] = {BrickElement::incompatible, BrickElement::trilinear,
-                                          BrickElement::one_point, BrickElement::relaxed};
+constexpr BrickElement hookean_elements[] = {BrickElement::incompatible, BrickElement::trilinear,
+                                             BrickElement::one_point, BrickElement::relaxed};
 
 // As it is, squashed, flat, a line, a point and inside out.
 std::vector<Mat3> gradients()
@@ -186,7 +186,7 @@ std::vector<Vec3> some_directions(std::size_t count)
 
 TEST(NeoHookean, ForcesOfABodyAreTheSlopeOfItsEnergyAndHaveNoNetTorque)
 {
-    for (const BrickElement element : every_element) {
+    for (const BrickElement element : hookean_elements) {
         Rubber rubber(element);
         const std::vector<Vec3> force = rubber.forces(rubber.x);
         const double step = 1e-6 * rubber.cubes.size;
@@ -210,7 +210,7 @@ TEST(NeoHookean, ForcesOfABodyAreTheSlopeOfItsEnergyAndHaveNoNetTorque)
 
 TEST(NeoHookean, TheHessianOfABodyIsTheDerivativeOfItsForce)
 {
-    for (const BrickElement element : every_element) {
+    for (const BrickElement element : hookean_elements) {
         Rubber rubber(element);
         const auto p = some_directions(rubber.x.size());
         std::vector<Vec3> more = rubber.x, less = rubber.x;
@@ -230,7 +230,7 @@ TEST(NeoHookean, TheHessianOfABodyIsTheDerivativeOfItsForce)
 
 TEST(NeoHookean, WhatStepsSolveWithIsNeverNegativeAndItsDiagonalBoundsIt)
 {
-    for (const BrickElement element : every_element) {
+    for (const BrickElement element : hookean_elements) {
         Rubber rubber(element);
         // Some cubes flat, some inside out.
         for (std::size_t k = 0; k < rubber.x.size(); k += 3) rubber.x[k] = Vec3::Zero();
