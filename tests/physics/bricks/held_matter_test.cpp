@@ -180,7 +180,7 @@ TEST(HeldMatter, WhatIsSwungAndLetGoFliesOffAlongTheTangent)
     for (const bool points : {false, true}) {
         for (const bool rigid : {false, true}) {
             const BricksBody body = make_bricks(cubes, {.rigid = {std::uint8_t(rigid)}});
-            for (const int substeps : {1, 4}) {
+            for (const int substeps : {1, 8}) {
                 State state = rest_state(body);
                 Loads loads;
                 for (int frame = 1; frame <= 4; ++frame) {
@@ -198,7 +198,9 @@ TEST(HeldMatter, WhatIsSwungAndLetGoFliesOffAlongTheTangent)
                 const Vec3 speed = 24 * turn * Vec3::UnitZ().cross(arm);
                 const double mass = 1000 * 8 * h * h * h;
                 const Vec3 seen = fixtures::brick_motion(cubes, state).linear / mass;
-                EXPECT_LT((seen - speed).norm(), 0.02 * speed.norm())
+                // Springs know where the body goes, and not how fast: half a step's turn.
+                const double late = points || rigid ? 0.5 * turn / substeps : 0;
+                EXPECT_LT((seen - speed).norm(), (0.01 + late) * speed.norm())
                     << points << " " << rigid << " " << substeps << ": " << seen.transpose();
             }
         }
