@@ -182,10 +182,6 @@ Aligned<double> unlifted(const Stage& stage)
     return out;
 }
 
-}  // namespace
-
-namespace {
-
 // How fast at most each part slides on a collider, or hits it, m/s; what touches another part,
 // which gives way, has no end of it.
 std::vector<double> speeds_of_touches(const Stage& stage)
@@ -286,23 +282,40 @@ void start_rigid_parts(Stage& stage)
 
 namespace {
 
+// N m s, at the end of the stage.
+Vec3 momentum_of(const RigidMotion& motion)
+{
+    return motion.by * motion.began.inertia * motion.by.transpose() * motion.s;
+}
+
 // Where the motion of a rigid part takes it: its turn since the stage began, and its spin then.
 Turn turn_of(const Stage& stage, const RigidMotion& motion)
 {
     RigidPart part = motion.began;
     part.spin = motion.s;
-    part.momentum = motion.by * part.inertia * motion.by.transpose() * motion.s;
-    return turn_freely(part, stage.tau);
+    part.momentum = momentum_of(motion) - motion.less_momentum;
+    Turn out = turn_freely(part, stage.tau);
+    if (motion.less_momentum.isZero(0)) return out;
+    out.spin = spin_of(out.by * part.inertia * out.by.transpose(), momentum_of(motion));
+    return out;
 }
 
 Vec3 place_of(const Stage& stage, const RigidMotion& motion, const Mat3& turn, std::uint32_t slot)
 {
     const Vec3 arm = turn * (at(stage.began, slot) - motion.began.centre);
-    const Vec3 x = motion.began.centre + stage.tau * motion.v + arm;
+    const Vec3 x = motion.began.centre + stage.tau * (motion.v - motion.less_v) + arm;
     return stage.lifted.empty() ? x : Vec3(x + at(stage.lifted, slot));
 }
 
 }  // namespace
+
+void place_by_means(Stage& stage, std::size_t i)
+{
+    RigidMotion& m = stage.rigid.motion[i];
+    m.less_v = 0.5 * (m.v - m.began.velocity);
+    m.less_momentum = 0.5 * (momentum_of(m) - m.began.momentum);
+    if (!stage.lifted.empty()) m.less_v += at(stage.lifted, stage.rigid.corners(i)[0]) / stage.tau;
+}
 
 void turn_rigid_parts(Stage& stage)
 {

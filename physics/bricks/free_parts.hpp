@@ -39,6 +39,9 @@ void turn_free_parts(Stage& stage);
 
 // Rigid parts (rigid_bodies.hpp) move as they began, by the stage's x0 and v0.
 void start_rigid_parts(Stage& stage);
+// Has one of them placed by the means of its velocity and its angular momentum before and after the
+// stage, as its motion has them now.
+void place_by_means(Stage& stage, std::size_t i);
 // Puts x0, v0, w, x and b of rigid parts where their motion takes them.
 void turn_rigid_parts(Stage& stage);
 // Gives rigid parts the motion that is nearest to w, and w that motion. Returns how far at most it

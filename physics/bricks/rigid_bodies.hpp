@@ -32,6 +32,10 @@ struct RigidMotion {
     Mat3 by = Mat3::Identity();  // turn since then
     Vec3 v = Vec3::Zero();       // m/s
     Vec3 s = Vec3::Zero();       // rad/s
+    // It goes to its place with less than v and than its angular momentum, by these: 0, or half of
+    // what both gain in the stage (rigid_energy.hpp).
+    Vec3 less_v = Vec3::Zero();         // m/s
+    Vec3 less_momentum = Vec3::Zero();  // N m s
 };
 
 class RigidBodies {

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace physics {
 namespace {
@@ -20,6 +21,10 @@ struct RigidGroup {
     double due = 0;          // J, T before and W
     double kinetic = 0;      // J, now
     RigidPart as_one = {};   // now
+
+    double lost() const;    // J
+    double moving() const;  // J, T now beside that of its motion as one
+    bool is_hit() const;
 };
 
 Vec3 of_slot(const Aligned<double>& v, std::size_t slot)
@@ -30,6 +35,23 @@ Vec3 of_slot(const Aligned<double>& v, std::size_t slot)
 double energy_of(const RigidPart& part)
 {
     return 0.5 * (part.mass * part.velocity.squaredNorm() + part.spin.dot(part.momentum));
+}
+
+double RigidGroup::lost() const
+{
+    return due - kinetic;
+}
+double RigidGroup::moving() const
+{
+    return kinetic - energy_of(as_one);
+}
+
+// A group that lost more than this share of what it has was hit.
+constexpr double much = 0.5;
+
+bool RigidGroup::is_hit() const
+{
+    return !(lost() <= much * moving());
 }
 
 class RigidGroups {
@@ -175,21 +197,13 @@ RigidPart move_as_one(const std::vector<RigidPart>& parts, const std::vector<std
     return sum;
 }
 
-}  // namespace
-
-void keep_rigid_energy(const Stage& stage, const Aligned<double>& x0, const Aligned<double>& v0,
-                       const Aligned<double>& x, Aligned<double>& v)
+// Of groups that went from x0, v0 to x, v in the stage.
+void find_energies(const Stage& stage, const Aligned<double>& x0, const Aligned<double>& v0,
+                   const Aligned<double>& x, const Aligned<double>& v, RigidGroups& groups)
 {
-    constexpr double much = 0.5;
-    const StepFrame& frame = stage.frame;
-    const CornerBody& body = frame.body;
-    if (stage.rigid.none()) return;
-    if (frame.loads.pins.matter.cubes.empty() && frame.loads.joints.empty()) return;
-    RigidGroups groups(stage);
-    if (std::none_of(groups.all.begin(), groups.all.end(), RigidGroups::kept)) return;
     const auto before = rigid_parts(stage, x0, v0), after = rigid_parts(stage, x, v);
     std::vector<std::vector<std::uint32_t>> own(groups.all.size());
-    for (std::uint32_t p = 0; p < body.parts; ++p) {
+    for (std::uint32_t p = 0; p < stage.frame.body.parts; ++p) {
         if (!groups.keeps(p)) continue;
         RigidGroup& group = groups.of_part(p);
         group.due += energy_of(before[p]), group.kinetic += energy_of(after[p]);
@@ -197,15 +211,80 @@ void keep_rigid_energy(const Stage& stage, const Aligned<double>& x0, const Alig
     }
     add_work(stage, x0, x, groups);
     add_stored(stage, x0, x, groups);
-    std::vector<double> factor(groups.all.size(), 1);
     for (std::size_t g = 0; g < own.size(); ++g) {
         RigidGroup& group = groups.all[g];
         if (own[g].empty()) continue;
-        const double lost = group.due - group.kinetic;
         group.as_one = group.held ? slide_freely(group, after, own[g]) : move_as_one(after, own[g]);
-        const double moving = group.kinetic - energy_of(group.as_one);
-        if (!(lost <= much * moving) || !(moving > 0)) continue;
-        factor[g] = std::sqrt(std::max(0.0, 1 + lost / moving));
+    }
+}
+
+// Whether its velocity changes so little in the stage that its place is the same, as of what is
+// pinned all over.
+bool is_steady(const Stage& stage, std::size_t i)
+{
+    constexpr double little = 1e-7;  // cubes
+    const RigidMotion& m = stage.rigid.motion[i];
+    const double edge = stage.frame.body.edge_at(stage.rigid.corners(i)[0]);
+    const double faster = (m.v - m.began.velocity).norm() + edge * (m.s - m.began.spin).norm();
+    return stage.tau * faster <= little * edge;
+}
+
+}  // namespace
+
+bool HeldPlaces::take_means(Stage& stage)
+{
+    if (stage.rigid.none() || !stage.turns_start || stage.frame.options.leaps) return false;
+    if (stage.frame.loads.pins.matter.cubes.empty()) return false;
+    place(stage);
+    RigidGroups groups(stage);
+    find_energies(stage, stage.began, stage.began_v, stage.x, stage.w, groups);
+    impact_.assign(stage.rigid.count(), std::numeric_limits<double>::infinity());
+    bool any = false;
+    for (std::size_t i = 0; i < stage.rigid.count(); ++i) {
+        const RigidGroup& group = groups.of_part(stage.rigid.part(i));
+        if (!group.held || !group.rigid || is_steady(stage, i)) continue;
+        place_by_means(stage, i);
+        if (group.is_hit()) impact_[i] = group.lost();
+        any = true;
+    }
+    return any;
+}
+
+bool HeldPlaces::take_ends(Stage& stage, Which which)
+{
+    constexpr double much_left = 0.5;
+    place(stage);
+    RigidGroups groups(stage);
+    find_energies(stage, stage.began, stage.began_v, stage.x, stage.w, groups);
+    bool any = false;
+    for (std::size_t i = 0; i < stage.rigid.count(); ++i) {
+        const RigidGroup& group = groups.of_part(stage.rigid.part(i));
+        RigidMotion& motion = stage.rigid.motion[i];
+        const bool smooth = group.rigid && group.lost() <= much_left * impact_[i];
+        if (which == Which::struck && smooth) continue;
+        if (motion.less_v.isZero(0) && motion.less_momentum.isZero(0)) continue;
+        motion.less_v = motion.less_momentum = Vec3::Zero();
+        any = true;
+    }
+    return any;
+}
+
+void keep_rigid_energy(const Stage& stage, const Aligned<double>& x0, const Aligned<double>& v0,
+                       const Aligned<double>& x, Aligned<double>& v)
+{
+    const StepFrame& frame = stage.frame;
+    const CornerBody& body = frame.body;
+    if (stage.rigid.none()) return;
+    if (frame.loads.pins.matter.cubes.empty() && frame.loads.joints.empty()) return;
+    RigidGroups groups(stage);
+    if (std::none_of(groups.all.begin(), groups.all.end(), RigidGroups::kept)) return;
+    find_energies(stage, x0, v0, x, v, groups);
+    std::vector<double> factor(groups.all.size(), 1);
+    for (std::size_t g = 0; g < factor.size(); ++g) {
+        const RigidGroup& group = groups.all[g];
+        const double moving = group.moving();
+        if (group.is_hit() || !(moving > 0)) continue;
+        factor[g] = std::sqrt(std::max(0.0, 1 + group.lost() / moving));
     }
     for (std::size_t k = 0; k < body.corners; ++k) {
         if (!groups.keeps(body.part_of(k))) continue;

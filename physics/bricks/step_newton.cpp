@@ -3,6 +3,7 @@
 #include "physics/bricks/free_fall.hpp"
 #include "physics/bricks/free_parts.hpp"
 #include "physics/bricks/pinned_parts.hpp"
+#include "physics/bricks/rigid_energy.hpp"
 #include "physics/bricks/rigid_guesses.hpp"
 #include "physics/bricks/stage_touches.hpp"
 #include "physics/bricks/step_descent.hpp"
@@ -343,9 +344,10 @@ private:
 };
 
 // Rigid parts went along lines about where they were guessed to end: guesses anew, and solves
-// again, until they end there. `found` and `before`: before the stage was solved.
+// again, until they end there. `found` and `before`: before the stage was solved. `again`: it was,
+// and has other places since.
 void go_on_turned(Stage& stage, StepSolver& solver, const Scale& scale, const FoundTouches& found,
-                  const StepRecord& before, StepRecord& record)
+                  const StepRecord& before, bool again, StepRecord& record)
 {
     constexpr double too_far = 1;  // cubes
     const bool joined = !stage.frame.loads.joints.empty();
@@ -357,7 +359,11 @@ void go_on_turned(Stage& stage, StepSolver& solver, const Scale& scale, const Fo
     std::vector<double> off = take_rigid_motion(stage);
     double here = limits.most(off), last = here;
     if (!std::isfinite(here)) return;
-    for (int i = 0; i < most && here > 1 && (joined || i < 3 || here < 0.7 * last); ++i) {
+    const auto goes_on = [&](int i) {
+        if (again && i == 0) return true;
+        return i < most && here > 1 && (joined || i < 3 || here < 0.7 * last);
+    };
+    for (int i = 0; goes_on(i); ++i) {
         if (may_halve && *std::max_element(off.begin(), off.end()) > too_far) break;
         last = here;
         record.unsettled = before.unsettled, record.violent = before.violent;
@@ -436,7 +442,15 @@ void solve_stage(Stage& stage, StepSolver& solver, StepRecord& record)
                       least_share(stage, solver, at)};
     const StepRecord before = record;
     go_rounds(stage, solver, size, scale.at_work, scale.share, record);
-    if (!stage.rigid.none()) go_on_turned(stage, solver, scale, found, before, record);
+    if (stage.rigid.none()) return;
+    go_on_turned(stage, solver, scale, found, before, false, record);
+    const auto settled = [&] { return !record.unsettled && !record.violent; };
+    HeldPlaces places;
+    if (!settled() || !places.take_means(stage)) return;
+    go_on_turned(stage, solver, scale, found, before, true, record);
+    using Which = HeldPlaces::Which;
+    if (!places.take_ends(stage, settled() ? Which::struck : Which::all)) return;
+    go_on_turned(stage, solver, scale, found, before, true, record);
 }
 
 void find_forces_at_start(Stage& stage)
