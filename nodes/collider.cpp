@@ -33,7 +33,7 @@ struct Obstacle {
     std::size_t faces_turned = 0;
     bool open = false;
 
-    std::size_t bytes() const
+    std::size_t bytes() const  // but for features, which are found when a body comes near
     {
         std::size_t out = sizeof *this + tree.bytes();
         if (turned) out += turned->positions.size() * sizeof turned->positions[0];

@@ -135,7 +135,7 @@ static void describe(graph::ParamsOf<Radial>& p)
 {
     p.param("outward", &Radial::outward,
             "Acceleration away from the position, whatever the mass; below 0: towards it. An "
-            "explosion has 1,000 or more for a frame or two.",
+            "explosion has 100 or more for one frame.",
             {.unit = "m/s^2"})
         .param("swirl", &Radial::swirl,
                "Acceleration around an axis along this vector through the position, by the "
