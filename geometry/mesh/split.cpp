@@ -2,6 +2,7 @@
 
 #include "geometry/base/no_index.hpp"
 #include "geometry/base/stop.hpp"
+#include "geometry/mesh/polygons.hpp"
 
 #include <algorithm>
 
@@ -37,36 +38,57 @@ std::vector<T> those_used(const std::vector<T>& all, std::vector<std::uint16_t>&
     return out;
 }
 
-// The vertices that some faces use, ascending.
-std::vector<std::uint32_t> vertices_of(const TriMesh& mesh, std::span<const std::uint32_t> faces)
+// The numbers that the corners of some faces have, ascending.
+std::vector<std::uint32_t> used_by(const std::vector<Triangle>& corners,
+                                   std::span<const std::uint32_t> faces)
 {
     std::vector<std::uint32_t> out;
     out.reserve(3 * faces.size());
-    for (const auto f : faces) {
-        const Triangle& t = mesh.triangles()[f];
-        out.insert(out.end(), t.begin(), t.end());
-    }
+    for (const auto f : faces) out.insert(out.end(), corners[f].begin(), corners[f].end());
     std::sort(out.begin(), out.end());
     out.erase(std::unique(out.begin(), out.end()), out.end());
     return out;
+}
+
+// The corners of some faces by the places of their numbers in `used`. `number` has room for all.
+std::vector<Triangle> renumbered(const std::vector<Triangle>& corners,
+                                 std::span<const std::uint32_t> faces,
+                                 std::span<const std::uint32_t> used,
+                                 std::vector<std::uint32_t>& number)
+{
+    for (std::uint32_t i = 0; i < used.size(); ++i) number[used[i]] = i;
+    std::vector<Triangle> out;
+    out.reserve(faces.size());
+    for (const auto f : faces) {
+        const auto& [a, b, c] = corners[f];
+        out.push_back({number[a], number[b], number[c]});
+    }
+    return out;
+}
+
+// What the corners of some faces name of `values`, and the corners by their new numbers.
+template <class T>
+std::vector<T> compacted(const std::vector<T>& values, const std::vector<Triangle>& corners,
+                         std::span<const std::uint32_t> faces, std::vector<Triangle>& new_corners)
+{
+    if (corners.empty()) return {};
+    const std::vector<std::uint32_t> used = used_by(corners, faces);
+    std::vector<std::uint32_t> number(values.size(), no_index);
+    new_corners = renumbered(corners, faces, used, number);
+    return taken(values, used);
 }
 
 // `number` has room for all vertices.
 TriMesh mesh_of(const TriMesh& whole, std::span<const std::uint32_t> faces,
                 std::vector<std::uint32_t>& number)
 {
-    const std::vector<std::uint32_t> vertices = vertices_of(whole, faces);
-    for (std::uint32_t i = 0; i < vertices.size(); ++i) number[vertices[i]] = i;
+    const std::vector<std::uint32_t> vertices = used_by(whole.triangles(), faces);
     MeshTopology topology;
+    topology.triangles = renumbered(whole.triangles(), faces, vertices, number);
     topology.material = taken(whole.topology->material, faces);
     topology.group = taken(whole.topology->group, faces);
     topology.materials = those_used(whole.topology->materials, topology.material);
     topology.groups = those_used(whole.topology->groups, topology.group);
-    topology.triangles.reserve(faces.size());
-    for (const auto f : faces) {
-        const auto& [a, b, c] = whole.triangles()[f];
-        topology.triangles.push_back({number[a], number[b], number[c]});
-    }
     TriMesh out;
     out.topology = std::make_shared<const MeshTopology>(std::move(topology));
     out.positions = taken(whole.positions, vertices);
@@ -91,6 +113,27 @@ std::vector<SplitMesh> split(const TriMesh& mesh, std::span<const std::uint32_t>
         stop_if_asked();
         part.mesh = mesh_of(mesh, part.faces, number);
     }
+    return out;
+}
+
+TriMesh part_of(const TriMesh& mesh, std::span<const std::uint8_t> kept)
+{
+    std::vector<std::uint32_t> faces;
+    for (std::uint32_t f = 0; f < kept.size(); ++f) {
+        if (kept[f] != 0) faces.push_back(f);
+    }
+    std::vector<std::uint32_t> number(mesh.positions.size(), no_index);
+    TriMesh out = mesh_of(mesh, faces, number);
+    const MeshTopology& whole = *mesh.topology;
+    MeshTopology topology = *out.topology;
+    out.normals = compacted(mesh.normals, whole.normal_triangles, faces, topology.normal_triangles);
+    topology.uvs = compacted(whole.uvs, whole.uv_triangles, faces, topology.uv_triangles);
+    if (!whole.polygon.empty()) {
+        std::vector<std::uint8_t> gone(kept.size());
+        for (std::size_t f = 0; f < kept.size(); ++f) gone[f] = kept[f] == 0;
+        topology.polygon = polygons_left(whole.polygon, gone);
+    }
+    out.topology = std::make_shared<const MeshTopology>(std::move(topology));
     return out;
 }
 

@@ -20,4 +20,8 @@ struct SplitMesh {
 std::vector<SplitMesh> split(const TriMesh& mesh, std::span<const std::uint32_t> of,
                              std::size_t count);
 
+// The faces f of a mesh with kept[f] not 0 (F), in their order, with the vertices, normals, texture
+// coordinates, polygons, materials and groups that they use.
+TriMesh part_of(const TriMesh& mesh, std::span<const std::uint8_t> kept);
+
 }  // namespace geometry

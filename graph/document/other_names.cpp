@@ -174,6 +174,8 @@ constexpr std::string_view of_pins =
 constexpr std::string_view of_pictures = "use 'Render', and 'WriteImage' for its files";
 constexpr std::string_view of_editing =
     "meshes are not edited here: do it in a modelling program, and read the result by 'ReadMesh'";
+constexpr std::string_view of_parts =
+    R"(use 'Split' with "parts": [{ "name": "leaf*" }], the names of groups or materials)";
 constexpr std::string_view of_fluids =
     "fluids, gases and hair are not simulated; 'Simulate' moves solids and sheets";
 constexpr std::string_view of_spheres = R"(use 'Primitive' with "shape": "sphere")";
@@ -280,6 +282,8 @@ constexpr TypeAdvice type_advice[] = {
     {"remesh", "ReadMesh", of_editing},
     {"subdivide", "ReadMesh", of_editing},
     {"subsurf", "ReadMesh", of_editing},
+    {"separate_geometry", "Split", of_parts},
+    {"delete_geometry", "Split", of_parts},
     {"boolean", "ReadMesh", of_editing},
     {"decimate", "ReadMesh", of_editing},
     {"solidify", "Voxelize", "use `thickness` of 'Voxelize' or 'Sheet'"},

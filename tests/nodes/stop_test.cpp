@@ -195,6 +195,7 @@ const std::vector<Case>& cases()
         {"Skin", ball(7) + "," + scene() + "," +
                      t("Skin@1", of_ball + R"(, "part": "l.part", "scene": "s.scene")")},
         {"Trail", ball(7) + "," + t("Trail@1", of_ball, R"("of": "vertices", "every": 1)")},
+        {"Split", ball(8) + "," + t("Split@1", of_ball, R"("parts": [{ "name": "*" }])")},
         {"Transform", ball(8) + "," + t("Transform@1", of_ball, R"("translate": [1, 0, 0])")},
         {"Vibrate",
          ball(7) + "," + ball(3, "coarse") + "," + solid("coarse", 10) + "," +
