@@ -189,6 +189,7 @@ std::string unit_text(const MeshInfo& info)
     const std::string read = unit_name(info.read_unit);
     if (info.stated_unit > 0) {
         const std::string stated = unit_name(info.stated_unit);
+        if (info.converted) return stated + ", from the unit that the file states";
         return stated + ", as the file states" + (stated == read ? "" : "; read here as " + read);
     }
     std::string text = "not stated by the file; read here as " + read;
@@ -284,6 +285,7 @@ MeshInfo mesh_info(const std::filesystem::path& file, const geometry::ReadOption
     MeshInfo info;
     info.box = geometry::bounds(read.mesh);
     info.stated_unit = read.unit;
+    info.converted = read.converted_unit;
     info.read_unit = read.unit > 0 ? read.unit : 1;
     for (const NamedUnit& u : units) {
         if (u.unit == options.unit && u.metres > 0) info.read_unit = u.metres;

@@ -33,6 +33,7 @@ struct CubeAdvice {
 struct MeshInfo {
     geometry::Box box;       // m
     double stated_unit = 0;  // m, as the file states it; 0: it does not
+    bool converted = false;  // from another one, which is not known
     FileUnit unit;           // stated, or guessed from the size
     double read_unit = 1;    // m, of the file's unit, as the lengths here take it
     std::size_t vertices = 0, triangles = 0;

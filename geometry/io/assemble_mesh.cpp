@@ -89,7 +89,7 @@ struct Assembly {
     Numbering<4> normal_of;  // vertex and normal bits -> normal
     Numbering<2> uv_of;
     Numbered<std::uint32_t> materials;
-    Numbered<std::string> groups;
+    Numbered<std::pair<std::string, std::uint32_t>> groups;  // a name, and whose
     std::vector<Vec3f> colours;
     std::vector<Attribute> attributes;  // of all meshes, each name once
     MeshTopology topology;
@@ -293,7 +293,8 @@ void add_instance(Assembly& a, const ImportedNode& node, const Transform& T)
         add_points(a, in, T);
         return;
     }
-    a.group = a.groups.number(node.name.empty() ? in.name : node.name);
+    a.group =
+        node.name.empty() ? a.groups.number({in.name, 0}) : a.groups.number({node.name, node.node});
     a.dropped.points += in.points.size();
     a.position.resize(in.positions.size());
     parallel_for(a.position.size(), 16384, [&](std::size_t begin, std::size_t end) {
@@ -336,7 +337,7 @@ TriMesh finish(Assembly& a, const ReadOptions& options, const FoundTextures& tex
     for (const auto& key : a.uv_of.keys()) {
         a.topology.uvs.emplace_back(std::bit_cast<float>(key[0]), std::bit_cast<float>(key[1]));
     }
-    a.topology.groups = std::move(a.groups.order);
+    for (auto& group : a.groups.order) a.topology.groups.push_back(std::move(group.first));
     if (has_triangles_only(a.topology.polygon)) a.topology.polygon.clear();
     for (const auto m : a.materials.order) {
         Material& made = a.topology.materials.emplace_back();
@@ -480,7 +481,8 @@ ReadMesh assemble_mesh(const ImportedScene& given, const ReadOptions& options,
     } else {
         complete_normals(out.mesh, options);
     }
-    if (std::string far = far_from_origin(out.mesh); !far.empty()) {
+    constexpr const char* remedy = "move it to the origin in the program that wrote the file";
+    if (std::string far = far_from_origin(out.mesh, remedy); !far.empty()) {
         out.warnings.push_back(std::move(far));
     }
     if (!of_file.empty()) {

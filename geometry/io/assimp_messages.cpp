@@ -29,7 +29,7 @@ template <class Archive> void pass(Archive& a, EmbeddedPicture& p)
 }
 template <class Archive> void pass(Archive& a, ImportedNode& n)
 {
-    a(n.name), a(n.mesh), a(n.to_world);
+    a(n.name), a(n.mesh), a(n.to_world), a(n.node);
 }
 template <class Archive> void pass(Archive& a, ImportedCamera& c)
 {
@@ -46,9 +46,9 @@ template <class Archive> void pass(Archive& a, std::string& s)
 }
 template <class Archive> void pass(Archive& a, ImportedScene& s)
 {
-    std::uint64_t format = 0x3433'6369'7073'6120;  // another build's importer is not understood
+    std::uint64_t format = 0x3533'6369'7073'6120;  // another build's importer is not understood
     a(format);
-    if (format != 0x3433'6369'7073'6120) throw std::runtime_error("not a scene of this version");
+    if (format != 0x3533'6369'7073'6120) throw std::runtime_error("not a scene of this version");
     a(s.meshes), a(s.materials), a(s.embedded), a(s.nodes), a(s.cameras), a(s.linear_colours),
         a(s.unit), a(s.has_axes), a(s.to_y_up), a(s.files), a(s.textures), a(s.error);
 }

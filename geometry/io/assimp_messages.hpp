@@ -76,6 +76,7 @@ struct ImportedNode {
     std::string name;
     std::uint32_t mesh = 0;
     std::array<double, 12> to_world{};  // rows of a 3 x 4 matrix
+    std::uint32_t node = 0;  // which one: several meshes may hang at it, and names need not differ
 };
 
 // Its vectors are those of the node that it hangs at.

@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <fstream>
 #include <stdexcept>
 
 namespace geometry {
@@ -52,6 +53,20 @@ void want_mesh_file(const fs::path& path)
         throw std::runtime_error(path.string() + " cannot be read: permission denied");
     }
     if (fs::file_size(path, code) == 0) throw std::runtime_error(path.string() + " is empty");
+}
+
+std::string why_not_understood(const fs::path& path, const std::string& error)
+{
+    std::ifstream file(path, std::ios::binary);
+    std::string begin;
+    std::getline(file, begin);
+    if (begin.starts_with("version https://git-lfs")) {
+        return "is a pointer of Git LFS in place of the file: fetch the file with 'git lfs pull'";
+    }
+    if (error.find("No suitable reader found") != std::string::npos) {
+        return "is of a format that is not read: export it as glTF, FBX, PLY or OBJ";
+    }
+    return "is damaged, or not of the format that its ending names: " + error;
 }
 
 namespace {

@@ -23,6 +23,9 @@ struct ImportOptions {
 // aspic-assimp is missing (run_library).
 ImportedScene import_scene(const std::filesystem::path& path, const ImportOptions& options = {});
 
+// What a file is whose scene has this error, for people: to follow its name.
+std::string why_not_understood(const std::filesystem::path& path, const std::string& error);
+
 // Its cameras alone, likewise.
 ImportedScene import_cameras(const std::filesystem::path& path, const ImportOptions& options = {});
 

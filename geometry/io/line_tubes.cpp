@@ -68,7 +68,7 @@ void add_line_tubes(ImportedScene& scene, double diameter)
             if (a.allFinite() && b.allFinite() && (b - a).norm() > 0) add_tube(made, a, b, radius);
         }
         const auto mesh = static_cast<std::uint32_t>(meshes + tubes.size());
-        scene.nodes.push_back({node.name, mesh, {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}});
+        scene.nodes.push_back({node.name, mesh, {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}, node.node});
         tubes.push_back(std::move(made));
     }
     for (ImportedMesh& m : scene.meshes) {

@@ -44,8 +44,7 @@ FileCamera read_camera(const std::filesystem::path& path, const std::string& nam
     const ImportedScene scene = import_cameras(path, options.import);
     try {
         if (!scene.error.empty()) {
-            throw std::runtime_error("damaged, or not of the format that its ending names: " +
-                                     scene.error);
+            throw std::runtime_error(why_not_understood(path, scene.error));
         }
         const ImportedCamera& camera = camera_named(scene, name);
         Transform file_to_world = Transform::Identity();

@@ -108,9 +108,7 @@ ReadMesh read_mesh(const std::filesystem::path& path, const ReadOptions& options
     const bool here = is_ply(path) || is_points_file(path);
     ImportedScene scene = here ? scene_read_here(path) : import_scene(path, options.import);
     if (!scene.error.empty()) {
-        throw std::runtime_error(
-            path.string() +
-            " is damaged, or not of the format that its ending names: " + scene.error);
+        throw std::runtime_error(path.string() + " " + why_not_understood(path, scene.error));
     }
     add_own_header(path, scene);
     try {
@@ -118,6 +116,7 @@ ReadMesh read_mesh(const std::filesystem::path& path, const ReadOptions& options
         ReadMesh out =
             assemble_mesh(scene, options, textures, vertices_to_keep(path, scene, options));
         out.side_files = std::move(textures.side_files);
+        out.converted_unit = ends_in(path, ".dae");
         const std::string itself = std::filesystem::absolute(path).string();
         for (const ImportedFile& f : scene.files) {
             if (f.path == itself) continue;

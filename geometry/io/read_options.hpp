@@ -37,10 +37,11 @@ struct ReadOptions {
 
 struct ReadMesh {
     TriMesh mesh;
-    Polylines lines;                                // m, moved and scaled with the mesh
-    double unit = 0;                                // m, as the file states it; 0: it does not
-    std::vector<std::string> textures;              // named by materials, as the file writes them
-    std::vector<std::string> warnings;              // each a sentence
+    Polylines lines;                    // m, moved and scaled with the mesh
+    double unit = 0;                    // m, as the file states it; 0: it does not
+    bool converted_unit = false;        // from the one that the file states, by the importer
+    std::vector<std::string> textures;  // named by materials, as the file writes them
+    std::vector<std::string> warnings;  // each a sentence
     std::vector<std::filesystem::path> side_files;  // others that were opened or looked for
 };
 

@@ -28,7 +28,7 @@ void check_same_vertices(const TriMesh& mesh, const TriMesh& rest)
 
 }  // namespace
 
-std::string far_from_origin(const TriMesh& mesh)
+std::string far_from_origin(const TriMesh& mesh, const char* remedy)
 {
     const Box box = bounds(mesh);
     if (box.empty()) return {};
@@ -38,8 +38,8 @@ std::string far_from_origin(const TriMesh& mesh)
     if (!(spacing > 1e-3 * size) || !(size > 0)) return {};
     return fmt::format(
         "coordinates near {:.2g} m are rounded to steps of {:.1g} m, which is visible "
-        "on a mesh {:.2g} m long: move the mesh to the origin before this step",
-        far, spacing, size);
+        "on a mesh {:.2g} m long: {}",
+        far, spacing, size, remedy);
 }
 
 double surface_area(const TriMesh& mesh)

@@ -14,8 +14,9 @@ inline bool exceeds(double x, double largest)
 }
 
 // A sentence where the mesh lies so far from the origin that single precision, which coordinates
-// are kept in, rounds it by more than a thousandth of its size; else empty.
-std::string far_from_origin(const TriMesh& mesh);
+// are kept in, rounds it by more than a thousandth of its size; else empty. It ends with `remedy`.
+std::string far_from_origin(const TriMesh& mesh,
+                            const char* remedy = "move the mesh to the origin before this step");
 
 // Sum of the triangles' areas. m^2.
 double surface_area(const TriMesh& mesh);

@@ -177,6 +177,10 @@ TEST(MeshInfo, AUnitIsGuessedWhereTheFileStatesNone)
     all = nlohmann::json::parse(run({"info", "--json", states}).out);
     EXPECT_TRUE(all["unit"]["stated"].get<bool>());
     EXPECT_EQ(all["unit"]["name"], "m");
+    const std::string inches = (folder.path / "desk.dae").string();
+    geometry::write_mesh(inches, geometry::MeshFormat::dae, box);
+    EXPECT_NE(run({"info", inches}).out.find("m, from the unit that the file states"),
+              std::string::npos);
     EXPECT_EQ(nodes::guess_unit(1800).name, "cm");
     EXPECT_EQ(nodes::guess_unit(8000).name, "mm");
 }

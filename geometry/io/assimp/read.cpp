@@ -1,11 +1,10 @@
 #include "geometry/io/assimp/jobs.hpp"
+#include "geometry/io/assimp/remembering_files.hpp"
 #include "geometry/mesh/polygons.hpp"
 #include "geometry/mesh/triangulate.hpp"
 
-#include <assimp/DefaultIOSystem.h>
 #include <assimp/GltfMaterial.h>
 #include <assimp/Importer.hpp>
-#include <assimp/MemoryIOWrapper.h>
 #include <assimp/ObjMaterial.h>
 #include <assimp/config.h>
 #include <assimp/scene.h>
@@ -21,107 +20,6 @@ namespace geometry::assimp {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string lower(std::string text)
-{
-    for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    return text;
-}
-
-// The first word of a line.
-std::string word_of(const std::string& line)
-{
-    const std::size_t first = line.find_first_not_of(" \t");
-    if (first == std::string::npos) return {};
-    return line.substr(first, line.find_first_of(" \t\r", first) - first);
-}
-
-// A material library as assimp 5.2 can read it, both of what Blender writes: without lines on
-// anisotropy, which it takes for ambient colours and gives up; and with white where a material has
-// a picture and no colour, which it makes up as grey.
-std::string readable_library(const std::string& text)
-{
-    std::string out;
-    bool colour = false, picture = false;
-    const auto end_material = [&] {
-        if (picture && !colour) out += "Kd 1 1 1\n";
-        colour = picture = false;
-    };
-    for (std::size_t at = 0; at < text.size();) {
-        const std::size_t end = std::min(text.find('\n', at), text.size());
-        const std::string line = text.substr(at, end - at);
-        const std::string word = lower(word_of(line));  // assimp takes them in either case
-        at = end + 1;
-        if (word.starts_with("aniso")) continue;
-        if (word == "newmtl") end_material();
-        colour = colour || word == "kd";
-        picture = picture || word == "map_kd";
-        out += line + '\n';
-    }
-    end_material();
-    return out;
-}
-
-Assimp::IOStream* readable_library(std::unique_ptr<Assimp::IOStream> file)
-{
-    std::string text(file->FileSize(), '\0');
-    text.resize(file->Read(text.data(), 1, text.size()));
-    const std::string readable = readable_library(text);
-    auto* const bytes = new std::uint8_t[readable.size() + 1];
-    std::copy(readable.begin(), readable.end(), bytes);
-    return new Assimp::MemoryIOStream(bytes, readable.size(), true);
-}
-
-// Opens files for assimp, remembers which, and refuses those outside the root.
-class RememberingFiles : public Assimp::DefaultIOSystem {
-public:
-    RememberingFiles(fs::path mesh, const fs::path& root, std::vector<ImportedFile>& files)
-        : mesh_(std::move(mesh)), is_obj_(lower(mesh_.extension().string()) == ".obj"),
-          root_(root.empty() ? root : fs::weakly_canonical(root)), files_(files)
-    {}
-    bool Exists(const char* path) const override
-    {
-        const bool found = allowed(path) && DefaultIOSystem::Exists(path);
-        if (!found) remember(path, false);
-        return found;
-    }
-    Assimp::IOStream* Open(const char* path, const char* mode) override
-    {
-        if (std::strchr(mode, 'w')) return nullptr;
-        Assimp::IOStream* stream = allowed(path) ? DefaultIOSystem::Open(path, mode) : nullptr;
-        remember(path, stream != nullptr);
-        // Whatever an OBJ opens beside itself, by any name, is a library.
-        const bool library = is_obj_ && path != mesh_;
-        return stream && library ? readable_library(std::unique_ptr<Assimp::IOStream>(stream))
-                                 : stream;
-    }
-
-private:
-    bool allowed(const fs::path& path) const
-    {
-        std::error_code none;
-        if (!fs::is_regular_file(path, none)) return false;  // no folders, devices or pipes
-        if (root_.empty() || path == mesh_) return true;
-        const fs::path real = fs::weakly_canonical(path);
-        return std::mismatch(root_.begin(), root_.end(), real.begin(), real.end()).first ==
-               root_.end();
-    }
-    void remember(const std::string& path, bool found) const
-    {
-        for (ImportedFile& f : files_) {
-            if (f.path == path) {
-                f.found = f.found || found;
-                return;
-            }
-        }
-        files_.push_back({path, found});
-    }
-
-    fs::path mesh_;
-    bool is_obj_;
-    fs::path root_;
-    std::vector<ImportedFile>& files_;
-};
 
 std::string text(const aiString& s)
 {
@@ -382,6 +280,7 @@ void add_nodes(const aiScene& in, ImportedScene& out)
     using Matrix = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;
     std::vector<std::pair<const aiNode*, Matrix>> todo;
     if (in.mRootNode) todo.emplace_back(in.mRootNode, Matrix::Identity());
+    std::uint32_t count = 0;
     while (!todo.empty()) {
         const aiNode& node = *todo.back().first;
         const Matrix local = Eigen::Map<const Eigen::Matrix<ai_real, 4, 4, Eigen::RowMajor>>(
@@ -389,9 +288,12 @@ void add_nodes(const aiScene& in, ImportedScene& out)
                                  .cast<double>();
         const Matrix world = todo.back().second * local;
         todo.pop_back();
+        ++count;
         for (std::size_t i = 0; i < node.mNumMeshes; ++i) {
             auto& use = out.nodes.emplace_back();
             use.name = text(node.mName);
+            std::replace(use.name.begin(), use.name.end(), kept_blank, ' ');
+            use.node = count;
             use.mesh = node.mMeshes[i];
             std::copy_n(world.data(), 12, use.to_world.begin());
         }
