@@ -350,6 +350,7 @@ void go_on_turned(Stage& stage, StepSolver& solver, const Scale& scale, const Fo
                   const StepRecord& before, bool again, StepRecord& record)
 {
     constexpr double too_far = 1;  // cubes
+    constexpr int patience = 5;    // solves in which joined parts come no nearer by half
     const bool joined = !stage.frame.loads.joints.empty();
     const int most = joined ? 40 : 10;
     const bool may_halve = stage.halvings < most_halvings;
@@ -357,11 +358,15 @@ void go_on_turned(Stage& stage, StepSolver& solver, const Scale& scale, const Fo
     RigidGuesses guesses;
     guesses.begin(stage.rigid);
     std::vector<double> off = take_rigid_motion(stage);
-    double here = limits.most(off), last = here;
+    double here = limits.most(off), last = here, least = here;
+    int waited = 0;
     if (!std::isfinite(here)) return;
     const auto goes_on = [&](int i) {
         if (again && i == 0) return true;
-        return i < most && here > 1 && (joined || i < 3 || here < 0.7 * last);
+        if (i >= most || here <= 1) return false;
+        // What touches on one side and then on the other comes no nearer, though near enough.
+        if (joined) return waited < patience || limits.too_far(off);
+        return i < 3 || here < 0.7 * last;
     };
     for (int i = 0; goes_on(i); ++i) {
         if (may_halve && *std::max_element(off.begin(), off.end()) > too_far) break;
@@ -381,6 +386,8 @@ void go_on_turned(Stage& stage, StepSolver& solver, const Scale& scale, const Fo
         go_rounds(stage, solver, measure(stage, solver), scale.at_work, scale.share, record);
         off = take_rigid_motion(stage);
         here = limits.most(off);
+        ++waited;
+        if (here < 0.5 * least) least = here, waited = 0;
     }
     if (limits.too_far(off)) record.unsettled = true, record.left = 1;
     if (record.unsettled || record.violent) return;
