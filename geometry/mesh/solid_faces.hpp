@@ -19,12 +19,10 @@ struct SolidFaces {
     std::size_t turned = 0;             // turned over
 };
 
-// Of triangles with corners in the same three places, wound the same way and of one `kind` (of each
-// triangle; empty: all alike), the first stays. Those wound against each other both stay, as
-// between two boxes side by side, unless the whole of a piece is so and either side of it closes:
-// it is one surface with two sides, and its first ones stay. Both sides of an open one stay, and
-// enclose nothing. The rest is turned as wound_out.hpp has it. Triangles that name a vertex that is
-// not there, or one that is not finite, are left out and not counted.
+// Of faces that are there twice and of one `kind` (of each triangle; empty: all alike) those stay
+// that adds_to_solid() of doubled_faces.hpp names. The rest is turned as wound_out.hpp has it.
+// Triangles that name a vertex that is not there, or one that is not finite, are left out and not
+// counted.
 SolidFaces solid_faces(const TriMesh& mesh, std::span<const std::uint16_t> kind = {});
 
 // The mesh with these faces and no normals or materials; without vertices that they do not use.

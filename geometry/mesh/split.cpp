@@ -78,6 +78,20 @@ std::vector<T> compacted(const std::vector<T>& values, const std::vector<Triangl
     return taken(values, used);
 }
 
+// The polygons that some faces are of.
+std::vector<std::uint32_t> polygons_of(const std::vector<std::uint32_t>& polygon,
+                                       std::span<const std::uint32_t> faces)
+{
+    std::vector<std::uint32_t> out;
+    for (std::size_t i = 0, end = 0; !polygon.empty() && i < faces.size(); i = end) {
+        end = i + 1;
+        while (end < faces.size() && polygon[faces[end]] == polygon[faces[i]]) ++end;
+        add_polygon(out, end - i);
+    }
+    if (has_triangles_only(out)) out.clear();
+    return out;
+}
+
 // `number` has room for all vertices.
 TriMesh mesh_of(const TriMesh& whole, std::span<const std::uint32_t> faces,
                 std::vector<std::uint32_t>& number)
@@ -89,6 +103,7 @@ TriMesh mesh_of(const TriMesh& whole, std::span<const std::uint32_t> faces,
     topology.group = taken(whole.topology->group, faces);
     topology.materials = those_used(whole.topology->materials, topology.material);
     topology.groups = those_used(whole.topology->groups, topology.group);
+    topology.polygon = polygons_of(whole.topology->polygon, faces);
     TriMesh out;
     out.topology = std::make_shared<const MeshTopology>(std::move(topology));
     out.positions = taken(whole.positions, vertices);
@@ -128,11 +143,6 @@ TriMesh part_of(const TriMesh& mesh, std::span<const std::uint8_t> kept)
     MeshTopology topology = *out.topology;
     out.normals = compacted(mesh.normals, whole.normal_triangles, faces, topology.normal_triangles);
     topology.uvs = compacted(whole.uvs, whole.uv_triangles, faces, topology.uv_triangles);
-    if (!whole.polygon.empty()) {
-        std::vector<std::uint8_t> gone(kept.size());
-        for (std::size_t f = 0; f < kept.size(); ++f) gone[f] = kept[f] == 0;
-        topology.polygon = polygons_left(whole.polygon, gone);
-    }
     out.topology = std::make_shared<const MeshTopology>(std::move(topology));
     return out;
 }

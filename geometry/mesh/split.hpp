@@ -10,7 +10,7 @@ namespace geometry {
 
 // Some faces of a mesh, as a mesh of their own.
 struct SplitMesh {
-    // Without normals, texture coordinates and polygons; with the materials and groups in use.
+    // Without normals and texture coordinates; with the materials and groups in use.
     TriMesh mesh;
     std::vector<std::uint32_t> faces;  // F, of the whole, ascending
 };

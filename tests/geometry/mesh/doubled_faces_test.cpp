@@ -1,0 +1,182 @@
+// Faces that are there twice, whichever way their polygons are cut.
+
+#include "geometry/mesh/doubled_faces.hpp"
+
+#include "geometry/cubes/sample_volume.hpp"
+#include "geometry/mesh/cut_alike.hpp"
+#include "geometry/mesh/polygons.hpp"
+#include "geometry/mesh/solid_faces.hpp"
+#include "geometry/mesh/triangulate.hpp"
+#include "tests/geometry/meshes.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace {
+
+using namespace geometry;
+
+using Faces = std::vector<std::vector<std::uint32_t>>;
+
+TriMesh of_polygons(const std::vector<Vec3f>& positions, const Faces& faces)
+{
+    TriMesh mesh;
+    mesh.positions = positions;
+    MeshTopology topology;
+    for (const auto& face : faces) {
+        triangulate(face, positions, topology.triangles);
+        add_polygon(topology.polygon, face.size() - 2);
+    }
+    mesh.topology = std::make_shared<const MeshTopology>(std::move(topology));
+    return mesh;
+}
+
+// With a back of each face, listed in reverse.
+Faces two_sided(Faces faces)
+{
+    const std::size_t count = faces.size();
+    for (std::size_t f = 0; f < count; ++f) faces.emplace_back(faces[f].rbegin(), faces[f].rend());
+    return faces;
+}
+
+// A box of quads, 1 m wide; `bend`: m, that a corner is off, so that three quads are not flat.
+std::vector<Vec3f> box_corners(float bend = 0)
+{
+    std::vector<Vec3f> out;
+    for (int i = 0; i < 8; ++i) out.emplace_back(float(i / 4), float(i / 2 % 2), float(i % 2));
+    out[7] += Vec3f(bend, bend / 2, 0);
+    return out;
+}
+const Faces box_quads{{0, 1, 3, 2}, {4, 6, 7, 5}, {0, 4, 5, 1},
+                      {2, 3, 7, 6}, {0, 2, 6, 4}, {1, 5, 7, 3}};
+
+TriMesh without_polygons(const TriMesh& mesh)
+{
+    return meshes::soup(mesh.positions, mesh.triangles());
+}
+
+std::size_t count(const DoubledFaces& faces, Doubled what)
+{
+    return static_cast<std::size_t>(std::count(faces.is.begin(), faces.is.end(), what));
+}
+
+TEST(DoubledFaces, AQuadAndItsBackAreCutAlongTwoDiagonals)
+{
+    const TriMesh mesh = of_polygons(box_corners(), two_sided(box_quads));
+    const auto triangle_of = [&](std::size_t t) {
+        Triangle out = mesh.triangles()[t];
+        std::sort(out.begin(), out.end());
+        return out;
+    };
+    EXPECT_NE(triangle_of(0), triangle_of(12));
+    EXPECT_NE(triangle_of(0), triangle_of(13));
+}
+
+TEST(DoubledFaces, ABoxOfTwoSidedQuadsIsSolid)
+{
+    for (const float bend : {0.0f, 0.2f}) {
+        const TriMesh one = of_polygons(box_corners(bend), box_quads);
+        const TriMesh mesh = of_polygons(box_corners(bend), two_sided(box_quads));
+        EXPECT_EQ(count(doubled_faces(mesh), Doubled::solid_back), 12u);
+        EXPECT_EQ(solid_faces(mesh).triangles, one.triangles());
+        for (const Inside rule : {Inside::winding, Inside::parity}) {
+            EXPECT_EQ(volume_inside(mesh, rule), volume_inside(one, rule));
+        }
+    }
+}
+
+// As of files without polygons.
+TEST(DoubledFaces, TwoTrianglesThatMakeAFlatQuadAreOneFace)
+{
+    const TriMesh mesh = without_polygons(of_polygons(box_corners(), two_sided(box_quads)));
+    EXPECT_EQ(count(doubled_faces(mesh), Doubled::solid_back), 12u);
+    const TriMesh again = without_polygons(of_polygons(box_corners(), box_quads));
+    EXPECT_EQ(solid_faces(mesh).triangles, again.triangles());
+}
+
+TEST(DoubledFaces, AFlatTetrahedronKeepsItsFaces)
+{
+    const TriMesh thin = meshes::soup({{0, 0, 0}, {1, 0, 0.01f}, {1, 1, 0}, {0, 1, 0.01f}},
+                                      {{0, 1, 2}, {0, 2, 3}, {1, 3, 2}, {1, 0, 3}});
+    const DoubledFaces faces = doubled_faces(thin);
+    EXPECT_EQ(faces.triangles, thin.triangles());
+    EXPECT_EQ(count(faces, Doubled::no), 4u);
+}
+
+// A drum whose ends are polygons of 24 corners, the lower one concave.
+TEST(DoubledFaces, LargerPolygonsAreCutAlike)
+{
+    constexpr std::uint32_t n = 24;
+    std::vector<Vec3f> positions;
+    Faces faces(2);
+    for (std::uint32_t k = 0; k < n; ++k) {
+        const double a = 2 * std::numbers::pi * k / n, r = k == 5 ? 0.3 : 0.5;
+        for (const float y : {0.0f, 1.0f}) {
+            positions.emplace_back(float(r * std::cos(a)), y, float(r * std::sin(a)));
+        }
+        faces[0].push_back(2 * k);
+        faces[1].insert(faces[1].begin(), 2 * k + 1);
+        faces.push_back({2 * k, 2 * k + 1, 2 * ((k + 1) % n) + 1, 2 * ((k + 1) % n)});
+    }
+    // Backs that begin at another corner.
+    Faces backed = two_sided(faces);
+    std::rotate(backed[faces.size()].begin(), backed[faces.size()].begin() + 7,
+                backed[faces.size()].end());
+    const TriMesh one = of_polygons(positions, faces), mesh = of_polygons(positions, backed);
+    EXPECT_EQ(count(doubled_faces(mesh), Doubled::solid_back), one.triangles().size());
+    EXPECT_EQ(solid_faces(mesh).triangles, solid_faces(one).triangles);
+}
+
+TEST(DoubledFaces, OfASheetOneSideStays)
+{
+    const TriMesh mesh = of_polygons(box_corners(), two_sided({box_quads[0], box_quads[2]}));
+    EXPECT_EQ(count(doubled_faces(mesh), Doubled::sheet_back), 4u);
+    const auto one = without_doubled(mesh);
+    ASSERT_TRUE(one);
+    EXPECT_EQ(one->doubled, 4u);
+    EXPECT_EQ(one->faces, (std::vector<std::uint32_t>{0, 1, 2, 3}));
+    EXPECT_EQ(one->mesh.topology->polygon, (std::vector<std::uint32_t>{0, 0, 1, 1}));
+    EXPECT_FALSE(without_doubled(one->mesh));
+    EXPECT_EQ(volume_inside(mesh, Inside::winding), 0);
+}
+
+TEST(DoubledFaces, AWallBetweenTwoBoxesIsThereTwice)
+{
+    const TriMesh left = box({1, 1, 1}, {1, 1, 1}), right = meshes::moved(left, {1, 0, 0});
+    const std::array<const TriMesh*, 3> all{&left, &right, &left};
+    const TriMesh mesh = merge(all);
+    const DoubledFaces faces = doubled_faces(mesh);
+    EXPECT_EQ(count(faces, Doubled::against), 2u);
+    EXPECT_EQ(count(faces, Doubled::again), 12u);
+    const auto once = without_doubled(mesh);
+    ASSERT_TRUE(once);
+    EXPECT_EQ(once->doubled, 12u);
+}
+
+// Water in a glass: a wall of one kind that looks in, and what fills it. Neither is a back.
+TEST(DoubledFaces, OfTwoKindsThatFaceEachOtherBothStay)
+{
+    const TriMesh mesh = of_polygons(box_corners(), two_sided(box_quads));
+    std::vector<std::uint16_t> kind(24, 0);
+    std::fill(kind.begin() + 12, kind.end(), std::uint16_t{1});
+    EXPECT_EQ(count(doubled_faces(mesh, kind), Doubled::no), 24u);
+    EXPECT_EQ(solid_faces(mesh, kind).triangles.size(), 24u);
+}
+
+TEST(DoubledFaces, UnsoundTrianglesAreNoDoubles)
+{
+    TriMesh mesh = of_polygons(box_corners(), box_quads);
+    mesh.positions[7].x() = NAN;
+    const DoubledFaces faces = doubled_faces(mesh);
+    EXPECT_EQ(count(faces, Doubled::unsound) + count(faces, Doubled::no), 12u);
+    EXPECT_FALSE(without_doubled(mesh));
+    const TriMesh lost =
+        meshes::soup({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}, {0, 1, 9}, {0, 2, 1}});
+    const auto one = without_doubled(lost);
+    ASSERT_TRUE(one);
+    EXPECT_EQ(one->doubled, 1u);
+    EXPECT_EQ(one->faces, (std::vector<std::uint32_t>{0}));
+}
+
+}  // namespace
