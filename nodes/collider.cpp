@@ -1,9 +1,11 @@
+#include "geometry/mesh/doubled_faces.hpp"
 #include "geometry/mesh/mesh.hpp"
 #include "geometry/mesh/mesh_edges.hpp"
 #include "geometry/mesh/same_triangles.hpp"
 #include "geometry/mesh/transform.hpp"
 #include "geometry/mesh/wound_out.hpp"
 #include "graph/types/node_builder.hpp"
+#include "nodes/doubled_faces.hpp"
 #include "nodes/obstacle_texts.hpp"
 #include "nodes/wire_types.hpp"
 #include "physics/body/collider_features.hpp"
@@ -26,18 +28,19 @@ struct Box {
 
 // A mesh as it stops others.
 struct Obstacle {
-    std::shared_ptr<const geometry::TriMesh> turned;  // faces out; null: those of the mesh do
+    // Each face once and, of a solid, turned out; null: as those of the mesh are.
+    std::shared_ptr<const geometry::TriMesh> mended;
     geometry::TriangleBvh tree;
     std::shared_ptr<const physics::KeptFeatures> features =
         std::make_shared<const physics::KeptFeatures>();
-    std::size_t faces_turned = 0;
+    std::size_t faces_turned = 0, faces_doubled = 0;
     bool open = false;
 
     std::size_t bytes() const  // but for features, which are found when a body comes near
     {
         std::size_t out = sizeof *this + tree.bytes();
-        if (turned) out += turned->positions.size() * sizeof turned->positions[0];
-        if (turned) out += turned->triangles().size() * sizeof turned->triangles()[0];
+        if (mended) out += mended->positions.size() * sizeof mended->positions[0];
+        if (mended) out += mended->triangles().size() * sizeof mended->triangles()[0];
         return out;
     }
 };
@@ -59,26 +62,32 @@ struct Outputs {
     Collider collider;
 };
 
-// Faces of a solid that look in are turned out: without it, points would be pushed in by them.
+// Faces of a solid that look in are turned out: without it, points would be pushed in by them. Of a
+// surface with two sides one stays: the nearer of both would be either by chance, and a sheet of
+// them would count as closed.
 static Obstacle make_obstacle(const Inputs& in)
 {
     Obstacle out;
     if (!in.mesh || in.kind != Collider::Kind::mesh) return out;
-    const std::size_t vertices = in.mesh->positions.size();
-    geometry::WoundOut wound = geometry::wound_out(*in.mesh);
-    if (wound.turned > 0 && geometry::is_closed(wound.triangles, vertices)) {
-        auto topology = std::make_shared<geometry::MeshTopology>();
-        topology->triangles = std::move(wound.triangles);
-        geometry::TriMesh turned;
-        turned.topology = std::move(topology);
-        turned.positions = in.mesh->positions;
-        out.tree = geometry::TriangleBvh(turned);
-        out.turned = std::make_shared<const geometry::TriMesh>(std::move(turned));
-        out.faces_turned = wound.turned;
+    const auto once = geometry::without_doubled(*in.mesh);
+    const geometry::TriMesh& mesh = once ? once->mesh : *in.mesh;
+    const std::size_t vertices = mesh.positions.size();
+    geometry::WoundOut wound = geometry::wound_out(mesh);
+    const bool turns = wound.turned > 0 && geometry::is_closed(wound.triangles, vertices);
+    out.open = !turns && !geometry::is_closed(mesh.triangles(), vertices);
+    out.faces_turned = turns ? wound.turned : 0;
+    out.faces_doubled = once ? once->doubled : 0;
+    if (!turns && !once) {
+        out.tree = geometry::TriangleBvh(mesh);
         return out;
     }
-    out.tree = geometry::TriangleBvh(*in.mesh);
-    out.open = !geometry::is_closed(in.mesh->topology->triangles, vertices);
+    auto topology = std::make_shared<geometry::MeshTopology>();
+    topology->triangles = turns ? std::move(wound.triangles) : mesh.triangles();
+    geometry::TriMesh mended;
+    mended.topology = std::move(topology);
+    mended.positions = mesh.positions;
+    out.tree = geometry::TriangleBvh(mended);
+    out.mended = std::make_shared<const geometry::TriMesh>(std::move(mended));
     return out;
 }
 
@@ -97,7 +106,7 @@ static void warn_of_turned(const Inputs& in, const graph::Context& context)
     context.warn(fmt::format(
         "{} of {} faces of the closed mesh look in: they are taken as if they looked out, and the "
         "mesh is solid. For a room with bodies in it, leave a face open, or give it walls",
-        in.obstacle->faces_turned, in.mesh->triangles().size()));
+        in.obstacle->faces_turned, in.mesh->triangles().size() - in.obstacle->faces_doubled));
 }
 
 // How far all of a mesh has gone, as far as its bounds tell: not at all if their size changes.
@@ -143,9 +152,10 @@ static Outputs run(const Inputs& in, const graph::Context& context)
         if (!in.mesh || obstacle->tree.triangle_count() == 0) {
             throw std::invalid_argument(needs_mesh);
         }
+        warn_of_doubled_faces(obstacle->faces_doubled, in.mesh->triangles().size(), context);
         warn_of_turned(in, context);
         out.mesh = in.mesh;
-        if (obstacle->turned) out.mesh = obstacle->turned;
+        if (obstacle->mended) out.mesh = obstacle->mended;
         out.tree = std::shared_ptr<const geometry::TriangleBvh>(obstacle, &obstacle->tree);
         out.features = obstacle->features;
         out.sheet = obstacle->open;
@@ -171,7 +181,8 @@ void add_to(graph::Registry& registry)
         .choice("kind", &Inputs::kind, {"plane", "sphere", "box", "mesh"},
                 "Shape of the obstacle. plane: solid below its local y = 0. mesh: solid inside if "
                 "it is closed, faces that look in are turned out; an open mesh is a sheet with two "
-                "sides. What starts less than two "
+                "sides. Of a face and its back, or a copy of it, the first counts. What starts "
+                "less than two "
                 "cubes behind the front of a sheet is brought to its front.")
         .block<Sphere>(
             "sphere", &Inputs::sphere,

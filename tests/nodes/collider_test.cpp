@@ -59,6 +59,33 @@ TEST(ColliderNode, AnOpenMeshStaysASheet)
     EXPECT_TRUE(scene.warnings.empty());
 }
 
+// A box of quads with their backs is solid, and a quad with its back is a sheet: as without them.
+TEST(ColliderNode, FacesThatAreThereTwiceStopOnce)
+{
+    const files::Folder folder;
+    const std::string sides = "f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 4 1 5 8\n";
+    const std::string backs = "f 2 3 4 1\nf 8 7 6 5\nf 5 6 2 1\nf 6 7 3 2\nf 8 5 1 4\n";
+    const std::string lid_in = "f 3 7 8 4\n";
+    folder.write("box.obj", corners + sides + lid_out + backs + lid_in);
+    folder.write("sheet.obj", std::string(corners) + lid_out + lid_in);
+    folder.write("copied.obj", std::string(corners) + lid_out + lid_out);
+    for (const std::string file : {"box.obj", "sheet.obj", "copied.obj"}) {
+        Scene scene(reading(file), folder.path);
+        const auto made = scene.at<physics::Collider>("stop");
+        const bool solid = file == "box.obj";
+        EXPECT_EQ(made->sheet, !solid) << file;
+        EXPECT_EQ(made->mesh->triangles().size(), solid ? 12u : 2u) << file;
+        const auto posed = physics::pose_collider(*made, 1, 1.0 / 24, 0.1);
+        const physics::Touch t = physics::touch(posed, Vec3(0.5, 0.95, 0.6));
+        EXPECT_NEAR(t.gap, -0.05, 1e-6) << file;
+        EXPECT_NEAR(t.normal.y(), 1, 1e-6) << file;
+        ASSERT_EQ(scene.warnings.size(), 1u) << file;
+        EXPECT_NE(scene.warnings[0].find(solid ? "12 of 24 triangles" : "2 of 4 triangles"),
+                  std::string::npos)
+            << scene.warnings[0];
+    }
+}
+
 // Frames start with the sizes of the frame before; what keeps its size says nothing of it.
 TEST(ColliderNode, KnowsItsSizeOfTheFrameBefore)
 {
