@@ -2,6 +2,7 @@
 
 #include "geometry/io/find_textures.hpp"
 #include "geometry/io/read_mesh.hpp"
+#include "geometry/mesh/doubled_faces.hpp"
 #include "geometry/mesh/measure.hpp"
 #include "geometry/mesh/mesh_edges.hpp"
 #include "geometry/mesh/pieces.hpp"
@@ -95,7 +96,7 @@ void advise(MeshInfo& info)
 geometry::TriMesh mended(const geometry::TriMesh& mesh, MeshInfo& info)
 {
     const geometry::SolidFaces faces = geometry::solid_faces(mesh);
-    info.doubled = faces.doubled;
+    info.doubled = faces.doubled + geometry::count_sheet_backs(mesh);
     const bool all = faces.turned == faces.triangles.size();
     if (faces.doubled == 0 && (faces.turned == 0 || all)) return mesh;
     info.turned = all ? 0 : faces.turned;
@@ -111,7 +112,8 @@ void measure_surface(const geometry::TriMesh& as_read, MeshInfo& info)
     const auto& triangles = mesh.triangles();
     info.closed = geometry::is_closed(triangles, count);
     info.pieces = geometry::find_pieces(mesh).count();
-    info.area = geometry::surface_area(mesh);
+    const auto once = geometry::without_doubled(as_read);
+    info.area = geometry::surface_area(once ? once->mesh : mesh);
     for (const auto& rim : geometry::border_loops(triangles, count)) {
         ++info.holes;
         double length = 0;
@@ -126,7 +128,8 @@ void measure_surface(const geometry::TriMesh& as_read, MeshInfo& info)
     if (info.closed) {
         constexpr double nothing = 1e-9;  // of area^1.5, as rounding leaves
         info.body = geometry::mass_properties(mesh);
-        info.two_sided = std::abs(info.body.mass) <= nothing * std::pow(info.area, 1.5);
+        info.two_sided =
+            std::abs(info.body.mass) <= nothing * std::pow(geometry::surface_area(mesh), 1.5);
         info.closed = !info.two_sided;
     }
     if (const auto wall = physics::thinnest_wall(mesh)) {
@@ -225,7 +228,8 @@ std::string surface_text(const MeshInfo& info)
         text += fmt::format("; faces on {} edges disagree on what is outside", info.disagreeing);
     }
     if (info.doubled > 0) {
-        text += fmt::format("; {} {} on another one: Voxelize and Sample count both as one",
+        text += fmt::format("; {} {} on another one: Voxelize, Sample, Sheet and Collider count "
+                            "both as one",
                             info.doubled, info.doubled == 1 ? "triangle lies" : "triangles lie");
     }
     return text;

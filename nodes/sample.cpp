@@ -2,9 +2,11 @@
 #include "geometry/cubes/sample_points.hpp"
 #include "geometry/cubes/sample_surface.hpp"
 #include "geometry/cubes/sample_volume.hpp"
+#include "geometry/mesh/doubled_faces.hpp"
 
 #include "graph/document/json.hpp"
 #include "graph/types/node_builder.hpp"
+#include "nodes/doubled_faces.hpp"
 #include "nodes/filled_shell.hpp"
 #include "nodes/material_rules.hpp"
 #include "nodes/orientation.hpp"
@@ -45,20 +47,42 @@ struct Outputs {
 constexpr double samples_per_edge = 6;
 constexpr double most = 100'000'000;
 
-static std::size_t count_of(const Inputs& in)
+static std::size_t count_of(const Inputs& in, const geometry::TriMesh& mesh)
 {
     const double spacing = in.spacing > 0 ? in.spacing : in.cube_size / samples_per_edge;
     if (!(spacing > 0)) return static_cast<std::size_t>(in.count);
     const double count =
         in.where == Where::surface
-            ? geometry::sampled_area(*in.mesh) / (spacing * spacing)
-            : geometry::volume_inside(*in.mesh, in.inside) / (spacing * spacing * spacing);
+            ? geometry::sampled_area(mesh) / (spacing * spacing)
+            : geometry::volume_inside(mesh, in.inside) / (spacing * spacing * spacing);
     if (!(count <= most)) {
         throw std::invalid_argument(fmt::format("a spacing of {:g} m gives more than 100,000,000 "
                                                 "samples, which is the limit: use a larger spacing",
                                                 spacing));
     }
     return static_cast<std::size_t>(std::max(1.0, std::ceil(count)));
+}
+
+static geometry::Samples on_faces(const Inputs& in, const geometry::TriMesh& mesh,
+                                  const geometry::FaceMatter& matter,
+                                  const geometry::SampleMass& mass)
+{
+    const auto sample =
+        in.pattern == Pattern::blue ? geometry::sample_surface_blue : geometry::sample_surface;
+    return sample(mesh, matter, count_of(in, mesh), in.seed, mass);
+}
+
+// On the surface, where what is there twice is one face.
+static geometry::Samples of_surface(const Inputs& in, const geometry::FaceMatter& matter,
+                                    const geometry::SampleMass& mass, const graph::Context& context)
+{
+    const auto once = geometry::without_doubled(*in.mesh, matter.face);
+    if (!once) return on_faces(in, *in.mesh, matter, mass);
+    warn_of_doubled_faces(once->doubled, in.mesh->triangles().size(), context);
+    geometry::Samples out =
+        on_faces(in, once->mesh, geometry::matter_of_some(matter, once->faces), mass);
+    for (auto& t : out.triangle) t = once->faces[t];
+    return out;
 }
 
 static geometry::Samples samples_of(const Inputs& in, const graph::Context& context)
@@ -83,14 +107,9 @@ static geometry::Samples samples_of(const Inputs& in, const graph::Context& cont
         warn_of_filled_shell(*in.mesh, in.inside, in.thickness, "where = volume", "where = surface",
                              context);
     }
-    const std::size_t count = count_of(in);
-    if (in.where == Where::volume) {
-        return geometry::sample_volume(*in.mesh, matter, in.inside, count, in.seed, mass);
-    }
-    if (in.pattern == Pattern::blue) {
-        return geometry::sample_surface_blue(*in.mesh, matter, count, in.seed, mass);
-    }
-    return geometry::sample_surface(*in.mesh, matter, count, in.seed, mass);
+    if (in.where == Where::surface) return of_surface(in, matter, mass, context);
+    return geometry::sample_volume(*in.mesh, matter, in.inside, count_of(in, *in.mesh), in.seed,
+                                   mass);
 }
 
 static Outputs run(const Inputs& in, const graph::Context& context)
@@ -123,7 +142,8 @@ void add_to(graph::Registry& registry)
         .input("mesh", &Inputs::mesh,
                "The mesh to sample. Of a point cloud every point is a sample.")
         .choice("where", &Inputs::where, {"surface", "volume"},
-                "surface: points lie on the faces. volume: points lie inside the mesh.")
+                "surface: points lie on the faces, a face and its back counting once. volume: "
+                "points lie inside the mesh.")
         .choice("pattern", &Inputs::pattern, {"even", "blue"},
                 "even: equal areas get equal numbers of points. blue: blue noise; in addition, no "
                 "two points are close to each other. Slower.",

@@ -1,6 +1,7 @@
 #include "geometry/cubes/sheet.hpp"
 
 #include "graph/types/node_builder.hpp"
+#include "nodes/doubled_faces.hpp"
 #include "nodes/material_rules.hpp"
 #include "nodes/sheet_texts.hpp"
 #include "nodes/wire_types.hpp"
@@ -25,11 +26,11 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     geometry::SheetOfMesh made =
         geometry::make_sheet(*in.mesh, in.thickness, matter_of(in.matter), in.longest_side);
     if (made.left_out > 0) {
-        context.warn(fmt::format(
-            "{} of {} faces are left out: they have no area, or are there twice. Their vertices "
-            "move with the faces nearby.",
-            made.left_out, in.mesh->triangles().size()));
+        context.warn(fmt::format("{} of {} faces are left out: they have no area. Their vertices "
+                                 "move with the faces nearby.",
+                                 made.left_out, in.mesh->triangles().size()));
     }
+    warn_of_doubled_faces(made.doubled, in.mesh->triangles().size(), context);
     if (made.joints > 0) {
         context.warn(fmt::format(
             "{} edges have more than two faces: there the two that run on most straightly bend as "
@@ -49,7 +50,7 @@ void add_to(graph::Registry& registry)
                  {"cloth", "garment", "fabric", "shell", "paper", "sheet metal", "balloon"})
         .input("mesh", &Inputs::mesh,
                "The surface: any triangles, open or closed, of any shape. Its edges are as fine as "
-               "the sheet can bend. Vertices at one place are one.")
+               "the sheet can bend. Vertices at one place are one, and so are a face and its back.")
         .param("thickness", &Inputs::thickness, sheet_thickness_text, {1e-12, 1e6, "m"})
         .param("longest_side", &Inputs::longest_side,
                "Faces are cut until none has a longer side, so that a coarse mesh can bend within "

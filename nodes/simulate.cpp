@@ -1,3 +1,4 @@
+#include "geometry/mesh/doubled_faces.hpp"
 #include "graph/types/node_builder.hpp"
 #include "nodes/simulate_bodies.hpp"
 #include "nodes/simulate_body.hpp"
@@ -25,6 +26,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <optional>
 #include <span>
 
 namespace nodes::simulate {
@@ -69,9 +71,17 @@ static Body build(const Inputs& in)
     const std::string told = in.method == Method::bricks ? "" : sheets_beside_solids(in.cubes);
     if (!told.empty()) throw std::invalid_argument(told);
     std::vector<physics::BodyModel> models;
+    // A mesh and its back would enclose nothing, and be pushed twice.
+    std::vector<std::optional<geometry::WithoutDoubled>> once;
+    once.reserve(in.surface.size());
     for (std::size_t i = 0; i < in.cubes.size(); ++i) {
-        if (!in.surface.empty()) check_surface(*in.cubes[i], *in.surface[i], i);
-        models.push_back({in.cubes[i].get(), in.surface.empty() ? nullptr : in.surface[i].get()});
+        const geometry::TriMesh* surface = in.surface.empty() ? nullptr : in.surface[i].get();
+        if (surface) {
+            check_surface(*in.cubes[i], *surface, i);
+            const auto& found = once.emplace_back(geometry::without_doubled(*surface));
+            if (found) surface = &found->mesh;
+        }
+        models.push_back({in.cubes[i].get(), surface});
     }
     MethodOptions options{in.bricks, in.springs, in.lattice, in.shell};
     options.bricks.contact = options.springs.contact = options.shell.contact = in.contact;
@@ -437,7 +447,8 @@ void add_to(graph::Registry& registry)
     node.inputs(
             "surface", &Inputs::surface,
             "The original mesh at rest. Contact and wind act on it, embedded in the cubes; "
-            "without it they act on the outside of the cubes. Bodies of bricks and springs touch "
+            "without it they act on the outside of the cubes. A face and its back count once. "
+            "Bodies of bricks and springs touch "
             "each other at its closed pieces, and around open ones at the outside of the "
             "cubes. With several `cubes`, the mesh of each in the same order, or none. A Sheet, "
             "and a "

@@ -2,6 +2,7 @@
 #include "geometry/cubes/bodies.hpp"
 #include "geometry/cubes/mean_attributes.hpp"
 #include "geometry/cubes/sample_points.hpp"
+#include "geometry/mesh/doubled_faces.hpp"
 #include "geometry/mesh/split.hpp"
 
 #include "graph/types/node_builder.hpp"
@@ -9,6 +10,7 @@
 #include "nodes/body_figures.hpp"
 #include "nodes/calibrated_cubes.hpp"
 #include "nodes/cube_quality.hpp"
+#include "nodes/doubled_faces.hpp"
 #include "nodes/dust.hpp"
 #include "nodes/filled_hollow.hpp"
 #include "nodes/filled_shell.hpp"
@@ -134,6 +136,7 @@ struct Body {
     geometry::Cubes cubes;
     std::vector<physics::ThinPart> thin;
     std::size_t bodies = 1;
+    std::size_t doubled = 0;  // triangles that are there twice, where that would count
 };
 
 static geometry::Cubes cubes_of(const Inputs& in, const Solid& of, const geometry::VoxelGrid& grid,
@@ -177,20 +180,28 @@ static Body body_of(const Inputs& in, const Solid& of, const geometry::VoxelGrid
     return out;
 }
 
-static geometry::FaceMatter matter_of_some(const geometry::FaceMatter& all,
-                                           std::span<const std::uint32_t> faces)
-{
-    geometry::FaceMatter out{{}, all.matters, {}};
-    for (const auto f : faces) {
-        if (!all.face.empty()) out.face.push_back(all.face[f]);
-    }
-    return out;
-}
-
 static void scale_mass(geometry::Cubes& cubes, double total)
 {
     const double scale = total / geometry::total_mass(cubes);
     for (double& mass : cubes.mass) mass *= scale;
+}
+
+// By `make`: of faces with a thickness those that are there twice count once.
+template <class Make>
+static Body make_once(const Inputs& in, const Solid& of, const geometry::VoxelOptions& options,
+                      const Make& make)
+{
+    if (!(in.thickness > 0)) return make(of, options);
+    if (in.method == Method::solid) {
+        Body out = make(of, options);
+        out.doubled = geometry::count_sheet_backs(of.mesh, of.matter.face);
+        return out;
+    }
+    const auto once = geometry::without_doubled(of.mesh, of.matter.face);
+    if (!once) return make(of, options);
+    Body out = make(Solid{once->mesh, geometry::matter_of_some(of.matter, once->faces)}, options);
+    out.doubled = once->doubled;
+    return out;
 }
 
 // The whole mesh, or each of its bodies by `make`, side by side.
@@ -199,19 +210,20 @@ static Body by_bodies(const Inputs& in, const geometry::FaceMatter& matter,
                       geometry::VoxelOptions options, const Make& make)
 {
     if (in.pieces != Pieces::each && in.pieces != Pieces::groups) {
-        return make(Solid{*in.mesh, matter}, options);
+        return make_once(in, Solid{*in.mesh, matter}, options, make);
     }
     const geometry::FaceBodies bodies = in.pieces == Pieces::each
                                             ? geometry::bodies_of_pieces(*in.mesh)
                                             : geometry::bodies_of_groups(*in.mesh);
-    if (bodies.count < 2) return make(Solid{*in.mesh, matter}, options);
+    if (bodies.count < 2) return make_once(in, Solid{*in.mesh, matter}, options, make);
     const double total = std::exchange(options.total_mass, 0);
     Body out{{}, {}, bodies.count};
     std::vector<geometry::Cubes> all;
     std::size_t cubes = 0;
     for (const geometry::SplitMesh& part : geometry::split(*in.mesh, bodies.of, bodies.count)) {
-        const geometry::FaceMatter own = matter_of_some(matter, part.faces);
-        Body body = make(Solid{part.mesh, own}, options);
+        const geometry::FaceMatter own = geometry::matter_of_some(matter, part.faces);
+        Body body = make_once(in, Solid{part.mesh, own}, options, make);
+        out.doubled += body.doubled;
         cubes += body.cubes.count();
         if (cubes > options.max_cubes) {
             throw std::invalid_argument(
@@ -313,6 +325,7 @@ static Outputs run(const Inputs& in, const graph::Context& context)
         return body_of(in, of, grid, its, made++ < looked_at, context);
     };
     Body body = by_bodies(in, matter, options, make);
+    warn_of_doubled_faces(body.doubled, in.mesh->triangles().size(), context);
     if (in.pieces == Pieces::each) warn_of_welded_groups(*in.mesh, context);
     if (in.pieces == Pieces::groups) warn_of_joined_groups(*in.mesh, body.bodies, context);
     double bending = graph::Figure::unknown, planned = 0;
@@ -396,7 +409,8 @@ constexpr const char* about_method =
     "those of surface, and those whose centre is inside.";
 
 constexpr const char* about_thickness =
-    "Thickness of the faces: a cube holds the face area in it times this. 0: `surface` "
+    "Thickness of the faces: a cube holds the face area in it times this; a face and its back, or "
+    "a copy of it, count once. 0: `surface` "
     "treats every cube as full; `solid` counts only the enclosed volume (exact, except "
     "near holes and overlaps, where 4 x 4 x 4 points per cube are sampled).";
 

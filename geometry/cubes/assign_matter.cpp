@@ -63,6 +63,15 @@ void check(const Matter& m)
     }
 }
 
+FaceMatter matter_of_some(const FaceMatter& all, std::span<const std::uint32_t> faces)
+{
+    FaceMatter out{{}, all.matters, {}};
+    for (const auto f : faces) {
+        if (!all.face.empty()) out.face.push_back(all.face[f]);
+    }
+    return out;
+}
+
 FaceMatter assign_matter(const TriMesh& mesh, std::span<const MatterRule> rules,
                          const Matter& fallback)
 {

@@ -35,6 +35,9 @@ struct FaceMatter {
 FaceMatter assign_matter(const TriMesh& mesh, std::span<const MatterRule> rules,
                          const Matter& fallback);
 
+// That of some faces.
+FaceMatter matter_of_some(const FaceMatter& all, std::span<const std::uint32_t> faces);
+
 // Throws std::invalid_argument for a matter that cannot be.
 void check(const Matter& matter);
 

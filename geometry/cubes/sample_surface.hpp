@@ -22,6 +22,7 @@ struct SampleMass {
 // `count` points spread evenly by area: one at random in each of `count` strips of equal area along
 // the faces' order, the place across the strip by the golden ratio, so that points keep apart
 // inside a face too.
+// Faces that are there twice count twice (geometry/mesh/doubled_faces.hpp).
 // Throws std::invalid_argument when the mesh has no area, or no finite one.
 Samples sample_surface(const TriMesh& mesh, const FaceMatter& matter, std::size_t count,
                        std::uint64_t seed, const SampleMass& mass = {});

@@ -1,8 +1,8 @@
 #include "geometry/cubes/sheet.hpp"
 
-#include "geometry/base/numbering.hpp"
 #include "geometry/base/stop.hpp"
 #include "geometry/mesh/cut_sides.hpp"
+#include "geometry/mesh/doubled_faces.hpp"
 #include "geometry/mesh/mesh.hpp"
 #include "geometry/mesh/mesh_edges.hpp"
 #include "geometry/mesh/wound_out.hpp"
@@ -10,7 +10,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <stdexcept>
 
@@ -37,45 +36,28 @@ bool has_area(const Vec3& a, const Vec3& b, const Vec3& c)
     return std::isfinite(area) && area > 0.5 * least_height * longest * longest;
 }
 
-// The first vertex at the same place as each.
-std::vector<std::uint32_t> first_at_place(const std::vector<Vec3f>& positions)
-{
-    Numbering<3> places(positions.size());
-    std::vector<std::uint32_t> first, out;
-    out.reserve(positions.size());
-    StopCheck check;
-    for (const Vec3f& p : positions) {
-        check();
-        const auto number = static_cast<std::uint32_t>(out.size());
-        if (!p.allFinite()) {
-            out.push_back(number);
-            continue;
-        }
-        // -0 is 0.
-        const auto word = [&](int i) { return std::bit_cast<std::uint32_t>(p[i] + 0.0f); };
-        const std::uint32_t place = places.add({word(0), word(1), word(2)});
-        if (place == first.size()) first.push_back(number);
-        out.push_back(first[place]);
-    }
-    return out;
-}
-
 // The triangles that have an area, each once, of first vertices.
-std::vector<Triangle> sound_triangles(const TriMesh& mesh)
+struct SoundTriangles {
+    std::vector<Triangle> triangles;
+    std::size_t doubled = 0;  // others that have an area
+};
+
+SoundTriangles sound_triangles(const TriMesh& mesh)
 {
-    const std::vector<std::uint32_t> first = first_at_place(mesh.positions);
-    Numbering<3> known(mesh.triangles().size());
-    std::vector<Triangle> out;
+    const DoubledFaces faces = doubled_faces(mesh);
+    SoundTriangles out;
     StopCheck check;
-    for (Triangle t : mesh.triangles()) {
+    for (std::size_t f = 0; f < faces.triangles.size(); ++f) {
         check();
-        if (std::any_of(t.begin(), t.end(), [&](auto v) { return v >= first.size(); })) continue;
-        for (auto& v : t) v = first[v];
+        if (faces.is[f] == Doubled::unsound) continue;
+        const Triangle& t = faces.triangles[f];
         const auto at = [&](std::size_t i) { return Vec3(mesh.positions[t[i]].cast<double>()); };
         if (!has_area(at(0), at(1), at(2))) continue;
-        Triangle sorted = t;
-        std::sort(sorted.begin(), sorted.end());
-        if (known.add(sorted) == out.size()) out.push_back(t);
+        if (faces.is[f] == Doubled::no) {
+            out.triangles.push_back(t);
+        } else {
+            ++out.doubled;
+        }
     }
     return out;
 }
@@ -184,7 +166,8 @@ SheetOfMesh make_sheet(const TriMesh& mesh, double thickness, const Matter& matt
         throw std::invalid_argument(
             fmt::format("expected a thickness of the sheet above 0 m, found {}", thickness));
     }
-    std::vector<Triangle> triangles = sound_triangles(mesh);
+    SoundTriangles sound = sound_triangles(mesh);
+    std::vector<Triangle>& triangles = sound.triangles;
     if (triangles.empty()) {
         throw std::invalid_argument(
             mesh.triangles().empty()
@@ -195,7 +178,8 @@ SheetOfMesh make_sheet(const TriMesh& mesh, double thickness, const Matter& matt
     }
     SheetOfMesh out;
     stop_if_asked();
-    out.left_out = mesh.triangles().size() - triangles.size();
+    out.doubled = sound.doubled;
+    out.left_out = mesh.triangles().size() - triangles.size() - sound.doubled;
     out.joints = joints_of(triangles, mesh.positions.size());
     triangles = turned_alike(mesh, std::move(triangles));
     stop_if_asked();

@@ -20,7 +20,8 @@ namespace geometry {
 
 struct SheetOfMesh {
     Cubes cubes;
-    std::size_t left_out = 0;  // triangles without area, named twice, or of vertices not finite
+    std::size_t left_out = 0;  // triangles without area, or of vertices not finite
+    std::size_t doubled = 0;   // others left out: they are there twice, however they are wound
     std::size_t joints = 0;    // edges at which more than two triangles meet
 };
 

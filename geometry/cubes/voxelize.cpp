@@ -8,6 +8,7 @@
 #include "geometry/cubes/mean_attributes.hpp"
 #include "geometry/cubes/pieces.hpp"
 #include "geometry/cubes/solid_matter.hpp"
+#include "geometry/mesh/doubled_faces.hpp"
 #include "geometry/mesh/mesh.hpp"
 #include "geometry/mesh/triangle_bvh.hpp"
 
@@ -427,6 +428,15 @@ std::vector<FaceInCube> in_cubes(const std::vector<FaceInCell>& faces, const Cel
     return out;
 }
 
+// Of sheets with two sides one counts.
+void leave_out_backs(std::vector<FaceInCube>& faces, const LatticeMesh& lattice,
+                     const DoubledFaces& doubled)
+{
+    std::erase_if(faces, [&](const FaceInCube& f) {
+        return doubled.is[lattice.source_of(f.triangle)] == Doubled::sheet_back;
+    });
+}
+
 // Sheets of a thickness fill cubes, where that is more.
 void thicken(std::span<double> volume, const std::vector<FaceInCube>& faces, double thickness,
              double whole)
@@ -466,7 +476,10 @@ Cubes voxelize_solid(const TriMesh& mesh, const FaceMatter& matter, Inside rule,
         share_out(snapped, rule, cubes, volume);
         if (needs_faces) faces = faces_in_cubes(snapped, CubeFinder(cubes), grid.size);
     }
-    if (thickness > 0) thicken(volume, faces, thickness, whole);
+    if (thickness > 0) {
+        leave_out_backs(faces, lattice, doubled_faces(mesh, matter.face));
+        thicken(volume, faces, thickness, whole);
+    }
     std::vector<Deposit> deposits;
     if (one) {
         for (std::uint32_t c = 0; c < cubes.count(); ++c) deposits.push_back({c, 0, volume[c]});

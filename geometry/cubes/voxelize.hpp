@@ -30,14 +30,14 @@ Cubes voxelize_samples(std::span<const Samples* const> sets, const VoxelGrid& gr
 
 // A cube wherever a triangle passes (CellShape::half_open), so no hole is ever left. The volume in
 // a cube is the area of the faces in it, clipped exactly, times `thickness` (m); 0 for cubes that
-// are all full.
+// are all full. Faces that are there twice count twice (geometry/mesh/doubled_faces.hpp).
 Cubes voxelize_surface(const TriMesh& mesh, const FaceMatter& matter, double thickness,
                        const VoxelGrid& grid, const VoxelOptions& options);
 
 // A cube wherever a triangle passes, and inside. A cube that a triangle passes holds what is inside
 // (see inside_shares), or `thickness` (m) times the area in it where that is more: for the sheets
-// in a model of solids. Several matters share a cube as solid_matter.hpp has it: by the closed
-// parts in it, else by its faces.
+// in a model of solids, a sheet with two sides counting once. Several matters share a cube as
+// solid_matter.hpp has it: by the closed parts in it, else by its faces.
 Cubes voxelize_solid(const TriMesh& mesh, const FaceMatter& matter, Inside rule, double thickness,
                      const VoxelGrid& grid, const VoxelOptions& options);
 

@@ -155,6 +155,12 @@ DoubledFaces doubled_faces(const TriMesh& mesh, std::span<const std::uint16_t> k
     return out;
 }
 
+std::size_t count_sheet_backs(const TriMesh& mesh, std::span<const std::uint16_t> kind)
+{
+    const std::vector<Doubled> is = doubled_faces(mesh, kind).is;
+    return static_cast<std::size_t>(std::count(is.begin(), is.end(), Doubled::sheet_back));
+}
+
 std::optional<WithoutDoubled> without_doubled(const TriMesh& mesh,
                                               std::span<const std::uint16_t> kind)
 {

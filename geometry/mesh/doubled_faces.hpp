@@ -46,6 +46,9 @@ struct DoubledFaces {
 // `kind`: F, or empty where all are alike. A piece is what hangs together by places.
 DoubledFaces doubled_faces(const TriMesh& mesh, std::span<const std::uint16_t> kind = {});
 
+// How many triangles are backs in a sheet.
+std::size_t count_sheet_backs(const TriMesh& mesh, std::span<const std::uint16_t> kind = {});
+
 // The mesh without faces that add nothing to its surface; null where there are no doubled ones.
 struct WithoutDoubled : SplitMesh {
     std::size_t doubled = 0;  // triangles left out, as they are there twice

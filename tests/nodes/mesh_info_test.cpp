@@ -288,7 +288,8 @@ TEST(MeshInfo, MeasuresTheFacesThatCubesAreMadeOf)
     EXPECT_NEAR(both.body.mass, 1, 1e-6);
     const nodes::MeshInfo cup = info_of(open + back);
     EXPECT_FALSE(cup.closed);
-    EXPECT_EQ(cup.doubled, 0u);
+    EXPECT_EQ(cup.doubled, 10u);
+    EXPECT_NEAR(cup.area, 5, 1e-6);
     EXPECT_NE(nodes::info_text("cube.obj", cup).find("it encloses nothing"), std::string::npos);
     EXPECT_EQ(nodes::info_json("cube.obj", cup).find("nan"), std::string::npos);
 }

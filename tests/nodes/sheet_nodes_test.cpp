@@ -97,7 +97,7 @@ TEST(SheetNode, TellsFacesThatItLeavesOutAndEdgesOfThree)
     NodeRun sheet = sheet_node(mesh);
     sheet.run();
     ASSERT_EQ(sheet.warnings.size(), 2u);
-    EXPECT_NE(sheet.warnings[0].find("1 of 4 faces are left out"), std::string::npos);
+    EXPECT_NE(sheet.warnings[0].find("1 of 4 triangles lies on another one"), std::string::npos);
     EXPECT_NE(sheet.warnings[1].find("1 edges have more than two faces"), std::string::npos);
 }
 
