@@ -16,6 +16,7 @@
 #include "nodes/filled_shell.hpp"
 #include "nodes/large_cubes.hpp"
 #include "nodes/material_rules.hpp"
+#include "nodes/no_volume.hpp"
 #include "nodes/orientation.hpp"
 #include "nodes/wire_types.hpp"
 
@@ -137,6 +138,7 @@ struct Body {
     std::vector<physics::ThinPart> thin;
     std::size_t bodies = 1;
     std::size_t doubled = 0;  // triangles that are there twice, where that would count
+    NoVolume no_volume = {};
 };
 
 static geometry::Cubes cubes_of(const Inputs& in, const Solid& of, const geometry::VoxelGrid& grid,
@@ -154,7 +156,7 @@ static geometry::NearPieces near_pieces_of(const Inputs& in)
 }
 
 // Cubes with attributes, and calibrated where that is asked for. `walls`: whether thin ones are
-// looked for.
+// looked for, and volumes measured.
 static Body body_of(const Inputs& in, const Solid& of, const geometry::VoxelGrid& grid,
                     const geometry::VoxelOptions& options, bool walls,
                     const graph::Context& context)
@@ -162,6 +164,9 @@ static Body body_of(const Inputs& in, const Solid& of, const geometry::VoxelGrid
     const bool solid = in.method == Method::solid;
     const auto attributes = geometry::chosen_attributes(in.attributes, of.mesh.attributes);
     Body out{cubes_of(in, of, grid, options), {}, 1};
+    if (solid && !(in.thickness > 0) && in.total_mass == 0) {
+        out.no_volume = no_volume_of(of.mesh, in.inside, out.cubes, in.min_fill, walls);
+    }
     out.cubes = solid ? geometry::with_means_of_solid(std::move(out.cubes), of.mesh, attributes)
                       : geometry::with_means_of_surface(std::move(out.cubes), of.mesh, attributes);
     if (!solid || in.stiffness != Stiffness::calibrated) {
@@ -224,6 +229,7 @@ static Body by_bodies(const Inputs& in, const geometry::FaceMatter& matter,
         const geometry::FaceMatter own = geometry::matter_of_some(matter, part.faces);
         Body body = make_once(in, Solid{part.mesh, own}, options, make);
         out.doubled += body.doubled;
+        out.no_volume += body.no_volume;
         cubes += body.cubes.count();
         if (cubes > options.max_cubes) {
             throw std::invalid_argument(
@@ -326,6 +332,7 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     };
     Body body = by_bodies(in, matter, options, make);
     warn_of_doubled_faces(body.doubled, in.mesh->triangles().size(), context);
+    warn_of_no_volume(body.no_volume, body.bodies, in.min_fill, context);
     if (in.pieces == Pieces::each) warn_of_welded_groups(*in.mesh, context);
     if (in.pieces == Pieces::groups) warn_of_joined_groups(*in.mesh, body.bodies, context);
     double bending = graph::Figure::unknown, planned = 0;
@@ -382,7 +389,8 @@ constexpr const char* about_size =
 constexpr const char* about_min_fill =
     "Smallest fill of a cube: no cube is lighter or softer than one filled to this share, however "
     "little of the model it holds. The mass that this adds is taken from all cubes in proportion: "
-    "the density that LocalMatter and Render know is then less than that of the material.";
+    "the density that LocalMatter and Render know is then less than that of the material. A body "
+    "that encloses no volume, such as a flat face without `thickness`, weighs what this adds.";
 constexpr const char* about_max_cubes =
     "Limit on the number of cubes. Exceeding it is an error that names a size that fits; a size "
     "that `quality` chooses does not exceed it.";
