@@ -1,7 +1,6 @@
 #include "physics/bricks/free_fall.hpp"
 
-#include "geometry/base/union_find.hpp"
-#include "physics/bricks/held_corners.hpp"
+#include "physics/bricks/part_groups.hpp"
 #include "physics/bricks/stage_touches.hpp"
 
 #include <algorithm>
@@ -9,56 +8,6 @@
 
 namespace physics {
 namespace {
-
-// Parts that touch each other, in the stage as it is or as it will be, move as one.
-struct Groups {
-    explicit Groups(const Stage& stage)
-        : held(axes_of_parts(stage.frame.loads.pins, stage.frame.body)), sets(held.size())
-    {
-        add(stage, stage.contacts);
-        add_touching(stage);
-    }
-
-    // Rigid parts of a stack touch each other before they press.
-    void add_touching(const Stage& stage)
-    {
-        constexpr double just = 1e-3;  // sizes of the touch
-        const CornerBody& body = stage.frame.body;
-        if (stage.rigid.none()) return;
-        const auto is_rigid = [&](std::uint32_t slot) {
-            return stage.rigid.of_corner(slot) != RigidBodies::not_rigid;
-        };
-        for (const PlaneTouch& touch : stage.touches) {
-            if (touch.count <= 8 || !(touch.gap(stage.began.data()) < just * touch.size)) continue;
-            if (!is_rigid(touch.corners[0]) || !is_rigid(touch.corners[8])) continue;
-            sets.join(body.part_of(touch.corners[0]), body.part_of(touch.corners[8]));
-        }
-    }
-
-    void add(const Stage& stage, const std::vector<PointContact>& contacts)
-    {
-        const CornerBody& body = stage.frame.body;
-        for (const PointContact& c : contacts) {
-            const std::uint32_t part = body.part_of(c.corners[0]);
-            if (c.count > 8)
-                sets.join(part, body.part_of(c.corners[8]));
-            else
-                held[part] = all_axes;
-        }
-    }
-
-    // Of each part: the axes along which its group is held, as bits.
-    std::vector<std::uint8_t> held_with_all()
-    {
-        std::vector<std::uint8_t> out(held.size(), 0);
-        for (std::uint32_t p = 0; p < held.size(); ++p) out[sets.root(p)] |= held[p];
-        for (std::uint32_t p = 0; p < held.size(); ++p) out[p] = out[sets.root(p)];
-        return out;
-    }
-
-    std::vector<std::uint8_t> held;  // of each part, by pins and colliders
-    geometry::UnionFind sets;
-};
 
 // A group as a whole, along each axis.
 struct Whole {
@@ -69,7 +18,7 @@ struct Whole {
 
 // What each part gains of velocity with its group in the stage, m/s; 0 along axes that hold it.
 // With `lifts`, less by the share that drag leaves of the lift (free_fall.hpp).
-std::vector<Vec3> gained_by_parts(const Stage& stage, Groups& groups, bool lifts)
+std::vector<Vec3> gained_by_parts(const Stage& stage, PartGroups& groups, bool lifts)
 {
     constexpr double much = 0.25;  // of the velocity, that drag takes in the stage
     const StepFrame& frame = stage.frame;
@@ -86,7 +35,7 @@ std::vector<Vec3> gained_by_parts(const Stage& stage, Groups& groups, bool lifts
             whole.drag[axis] += drag;
         }
     }
-    const auto held = groups.held_with_all();
+    const auto held = groups.with_all(groups.held);
     std::vector<Vec3> out(groups.held.size(), Vec3::Zero());
     for (std::uint32_t p = 0; p < out.size(); ++p) {
         const Whole& whole = all[groups.sets.root(p)];
@@ -122,7 +71,7 @@ void lift_free_parts(Stage& stage)
     stage.lifted.clear();
     if (!stage.turns_start || stage.frame.options.leaps) return;
     const CornerBody& body = stage.frame.body;
-    Groups groups(stage);
+    PartGroups groups(stage);
     const std::vector<Vec3> ahead = gained_by_parts(stage, groups, false);
     if (all_zero(ahead)) return;
     if (may_meet(stage, ahead)) {

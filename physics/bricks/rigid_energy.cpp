@@ -2,6 +2,7 @@
 
 #include "physics/bricks/free_parts.hpp"
 #include "physics/bricks/joints.hpp"
+#include "physics/bricks/radial_on_way.hpp"
 #include "physics/state/hold_matter.hpp"
 
 #include <algorithm>
@@ -106,11 +107,14 @@ public:
     std::vector<RigidGroup> all;
 };
 
-// W, with drag and damping.
+// W, with drag and damping. Radial forces do theirs as they are in the middle of the way.
 void add_work(const Stage& stage, const Aligned<double>& x0, const Aligned<double>& x,
               RigidGroups& groups)
 {
     const StepFrame& frame = stage.frame;
+    Aligned<double> middle = x0;
+    for (std::size_t i = 0; i < middle.size(); ++i) middle[i] += 0.5 * (x[i] - x0[i]);
+    const Aligned<double> more = radial_beyond_stage(stage, middle);
     for (std::size_t k = 0; k < frame.body.corners; ++k) {
         const auto part = frame.body.part_of(k);
         if (!groups.keeps(part)) continue;
@@ -118,7 +122,7 @@ void add_work(const Stage& stage, const Aligned<double>& x0, const Aligned<doubl
         for (std::size_t i = 4 * k; i < 4 * k + 3; ++i) {
             const double force =
                 frame.steady[i] + stage.wind[i] - (frame.damping[i] + stage.drag[i]) * stage.w[i];
-            due += force * (x[i] - x0[i]);
+            due += (force + (more.empty() ? 0 : more[i])) * (x[i] - x0[i]);
         }
     }
 }

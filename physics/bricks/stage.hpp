@@ -8,7 +8,8 @@
 //   r = M (v0 - w) + tau (f(x) + f_ext + f_wind + f_contact - (D + drag) w) - tau C (w - b)
 // with f the elastic forces, C = Rayleigh's damping with the stiffness, D that with the mass, and
 // drag that of the wind. f_wind is that at x0, v0, and holds loads that follow the body, taken
-// where it is about to be. The stage is solved where r = 0. A round of Newton's method solves
+// where it is about to be, and radial forces (radial_on_way.hpp). The stage is solved where r = 0.
+// A round of Newton's method solves
 //   A delta = r,   A = M + tau (D + drag) + tau^2 K + tau C + tau^2 k + tau c
 // for the change of w, with K = -df/dx, and k and c the same of the contacts by place and speed.
 // In the first round f is linear about x0 + tau b: f(x) = f(x0 + tau b) - tau K (w - b), with b the
@@ -86,6 +87,7 @@ struct Stage {
     Aligned<double> base;        // m/s: b; empty: 0
     Aligned<double> w, x;        // at its end, as guessed
     Aligned<double> wind, drag;  // N, N s/m: f_wind, drag
+    Aligned<double> radial;      // N: of f_wind, radial forces; empty: none
     Aligned<double> force, product;  // N: f as last linearised; room for products with K
     Aligned<double> jump, momentum;  // m/s, N s: v0 - w, and M of it
     Aligned<double> r, delta;        // N s, m/s: the residual, and the change of w that answers it

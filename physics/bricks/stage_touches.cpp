@@ -8,6 +8,7 @@
 #include "physics/body/solids_beside_sheets.hpp"
 #include "physics/bricks/bounce.hpp"
 #include "physics/bricks/joints.hpp"
+#include "physics/bricks/radial_on_way.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -288,7 +289,7 @@ void start_stage(Stage& stage, const Aligned<double>& x0, const Aligned<double>&
     std::fill(stage.drag.begin(), stage.drag.end(), 0);
     if (frame.windy) {
         add_wind(frame.body, frame.forces, x0.data(), v0.data(), stage.wind, stage.drag);
-        add_radial(frame.body, frame.forces, x0.data(), stage.wind);
+        start_radial_forces(stage);
     }
     stage.colliders.clear();
     for (const Collider& c : loads.colliders) {

@@ -1,6 +1,7 @@
 #include "physics/bricks/step_error.hpp"
 
 #include "physics/bricks/free_parts.hpp"
+#include "physics/bricks/radial_on_way.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -12,6 +13,18 @@ namespace {
 Vec3 corner_of(const Aligned<double>& v, std::size_t k)
 {
     return {v[4 * k], v[4 * k + 1], v[4 * k + 2]};
+}
+
+// m/s^2: by how much more radial forces accelerate each part where it begins than in the stage.
+std::vector<Vec3> change_of_radial(const Stage& stage, const Aligned<double>& x0)
+{
+    const CornerBody& body = stage.frame.body;
+    std::vector<Vec3> out(body.parts, Vec3::Zero());
+    const Aligned<double> more = radial_beyond_stage(stage, x0);
+    if (more.empty()) return out;
+    for (std::size_t k = 0; k < body.corners; ++k) out[body.part_of(k)] += corner_of(more, k);
+    for (std::size_t p = 0; p < body.parts; ++p) out[p] /= stage.frame.part_mass[p];
+    return out;
 }
 
 }  // namespace
@@ -28,6 +41,7 @@ double error_of_step(const Stage& stage, const Aligned<double>& x0, const Aligne
     for (std::size_t p = 0; p < body.parts; ++p) {
         if (held[p] == 0 || turns[p] != 0) turn[p] = turn_freely(parts[p], dt).by;
     }
+    const std::vector<Vec3> change = change_of_radial(stage, x0);
     double most = 0;
     for (std::size_t k = 0; k < body.corners; ++k) {
         const std::size_t p = body.part_of(k);
@@ -38,6 +52,7 @@ double error_of_step(const Stage& stage, const Aligned<double>& x0, const Aligne
             after = corner_of(v1, k) - end.velocity - end.spin.cross(corner_of(x1, k) - end.centre);
         }
         Vec3 off = 0.5 * dt * (after - turn[p] * before);
+        if (held[p] == 0) off += dt * dt / 6 * change[p];
         if (held[p] != 0 && !stage.lifted.empty()) off += corner_of(stage.lifted, k);
         most = std::max(most, off.norm() / body.edge_at(k));
     }

@@ -9,6 +9,10 @@
 // bodies exactly (free_parts.hpp): of these the change of their shape alone counts, as it is seen
 // from them. Rigid parts turn exactly: of those that something touches the changes of velocity and
 // spin count.
+//
+// Radial forces vary along the way. A part that falls freely goes by their acceleration am in the
+// middle of it (radial_on_way.hpp), dt^2 am / 2; by Simpson's rule it is dt^2 (a0 + 2 am) / 6, with
+// a0 where the step begins. The difference is dt^2 (a0 - am) / 6.
 
 #include "physics/bricks/stage.hpp"
 

@@ -3,6 +3,7 @@
 #include "physics/bricks/free_fall.hpp"
 #include "physics/bricks/free_parts.hpp"
 #include "physics/bricks/pinned_parts.hpp"
+#include "physics/bricks/radial_on_way.hpp"
 #include "physics/bricks/rigid_energy.hpp"
 #include "physics/bricks/rigid_guesses.hpp"
 #include "physics/bricks/stage_touches.hpp"
@@ -54,7 +55,7 @@ void fall(Stage& stage)
 void add_following(Stage& stage)
 {
     const StepFrame& frame = stage.frame;
-    if (frame.following.empty()) return;
+    if (!frame.windy) return;
     Aligned<double> ahead = stage.x0;
     for (std::size_t k = 0; k < frame.n; k += 4) {
         const double* const base = stage.base.empty() ? nullptr : &stage.base[k];
@@ -63,6 +64,7 @@ void add_following(Stage& stage)
         for (std::size_t i = 0; i < 3; ++i) ahead[k + i] += stage.tau * velocity[i];
     }
     add_following_forces(frame.following, frame.body, ahead.data(), stage.wind);
+    take_radial_on_way(stage, std::move(ahead));
 }
 
 void linearise_here(Stage& stage)
@@ -427,14 +429,17 @@ void solve_stage(Stage& stage, StepSolver& solver, StepRecord& record)
     const bool whole =
         stage.frame.options.newton_iterations > 1 && !stage.frame.body.sheets && stage.rigid.none();
     struct {
-        Aligned<double> x0, v0, w, wind;
+        Aligned<double> x0, v0, w, wind, radial;
     } began;
-    if (whole && may_touch(stage)) began = {stage.x0, stage.v0, stage.w, stage.wind};
+    if (whole && may_touch(stage)) {
+        began = {stage.x0, stage.v0, stage.w, stage.wind, stage.radial};
+    }
     const FoundTouches found = stage.rigid.none() ? FoundTouches{} : found_so_far(stage);
     start_rounds(stage, solver);
     if (whole && stage.contacts.empty()) {
         if (go_untouched(stage, solver, record)) return;
-        stage.x0 = began.x0, stage.v0 = began.v0, stage.w = began.w, stage.wind = began.wind;
+        stage.x0 = began.x0, stage.v0 = began.v0, stage.w = began.w;
+        stage.wind = began.wind, stage.radial = began.radial;
         start_rounds(stage, solver);
     }
     record.touched |= may_touch(stage);
