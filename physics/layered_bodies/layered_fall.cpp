@@ -102,6 +102,27 @@ void add_lag(const LayeredScene& scene, const std::vector<char>& lags, const Vec
     }
 }
 
+std::vector<Vec3> half_ways(const LayeredScene& scene, const std::vector<char>& lags,
+                            const Vec3& gravity, const LayeredSystem& system)
+{
+    const std::size_t n = system.velocity.size();
+    FallGroups groups(scene, lags, gravity, system, std::vector<Vec6>(n, Vec6::Zero()));
+    std::vector<Vec3> momentum(n, Vec3::Zero());
+    std::vector<double> mass(n, 0);
+    for (std::uint32_t f = 0; f < n; ++f) {
+        if (system.kind[f] == BaseKind::carried) continue;
+        momentum[groups.sets.root(f)] += system.mass[f](0, 0) * system.velocity[f].head<3>();
+        mass[groups.sets.root(f)] += system.mass[f](0, 0);
+    }
+    std::vector<Vec3> out(n, Vec3::Zero());
+    for (std::uint32_t f = 0; f < n; ++f) {
+        const std::uint32_t root = groups.sets.root(f);
+        if (groups.held[root] || !(mass[root] > 0)) continue;
+        out[f] = 0.5 * system.dt / mass[root] * momentum[root];
+    }
+    return out;
+}
+
 std::vector<Vec3> lifts(const LayeredScene& scene, const std::vector<char>& lags,
                         const Vec3& gravity, const LayeredSystem& system,
                         const std::vector<Vec6>& dv)

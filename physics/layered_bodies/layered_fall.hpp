@@ -28,6 +28,13 @@ std::vector<char> will_lag(const LayeredScene& scene, const LayeredMoment& momen
 void add_lag(const LayeredScene& scene, const std::vector<char>& lags, const Vec3& gravity,
              LayeredSystem& system);
 
+// m: how far the group of each frame and corner has come in the middle of a step, where radial
+// forces are taken (bricks/radial_on_way.hpp): of a system that has all others. 0 for what is held,
+// touches what is held, or lags, which are moved from where they start. No frame goes by itself:
+// torques are about places where the step starts.
+std::vector<Vec3> half_ways(const LayeredScene& scene, const std::vector<char>& lags,
+                            const Vec3& gravity, const LayeredSystem& system);
+
 // m: by how much each frame and corner is moved back after a step that changes velocities by `dv`.
 // 0 for what is held, touches what is held, or lags. The more of its velocity the air takes in the
 // step, the less it is, and nothing from a fourth on (free_fall.hpp).

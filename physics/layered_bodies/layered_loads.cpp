@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 #include <limits>
 
 namespace physics {
@@ -26,10 +27,11 @@ template <class Visit> void for_samples(const LayeredScene& scene, const Visit& 
     }
 }
 
-// Adds what accelerates all that has mass, by where it is.
-template <class AccelerationAt>
-void add_by_mass(const LayeredScene& scene, const LayeredMoment& moment,
-                 const AccelerationAt& acceleration_at, LayeredSystem& system)
+// Calls visit(number, place) for all frames and corners of bodies that feel forces and that
+// have mass.
+template <class Visit>
+void for_masses(const LayeredScene& scene, const LayeredMoment& moment, const LayeredSystem& system,
+                const Visit& visit)
 {
     for (std::size_t b = 0; b < scene.parts.size(); ++b) {
         if (is_told(scene.parts[b].body->base.kind)) continue;
@@ -38,9 +40,7 @@ void add_by_mass(const LayeredScene& scene, const LayeredMoment& moment,
         const std::size_t begin = cubes ? system.corner(b, 0) : system.frame(b, 0);
         const std::size_t count = cubes ? corner.size() : mass_count(scene.parts[b].body->base);
         for (std::size_t i = 0; i < count; ++i) {
-            const Vec3 at = cubes ? corner[i] : Vec3(moment.frames[b][i].translation());
-            const std::size_t f = begin + i;
-            add_force(system, f, system.mass[f](0, 0) * acceleration_at(at));
+            visit(begin + i, cubes ? corner[i] : Vec3(moment.frames[b][i].translation()));
         }
     }
 }
@@ -162,13 +162,9 @@ void add_fields(const LayeredScene& scene, const LayeredMoment& moment,
     for (const Force& force : forces) {
         switch (force.kind) {
         case Force::Kind::gravity:
-            add_by_mass(
-                scene, moment, [&](const Vec3&) { return force.acceleration; }, system);
-            break;
-        case Force::Kind::radial:
-            add_by_mass(
-                scene, moment, [&](const Vec3& at) { return radial_acceleration(force, at); },
-                system);
+            for_masses(scene, moment, system, [&](std::size_t f, const Vec3&) {
+                add_force(system, f, system.mass[f](0, 0) * force.acceleration);
+            });
             break;
         case Force::Kind::wind:
             add_wind(scene, moment, force, system);
@@ -176,11 +172,29 @@ void add_fields(const LayeredScene& scene, const LayeredMoment& moment,
         case Force::Kind::point:
             add_point(scene, moment, force, system);
             break;
+        case Force::Kind::radial:
+            break;
         case Force::Kind::torque:
         case Force::Kind::pressure:
             break;  // refused before
         }
     }
+}
+
+void add_radial_fields(const LayeredScene& scene, const LayeredMoment& moment,
+                       std::span<const Force> forces, std::span<const Vec3> further,
+                       LayeredSystem& system)
+{
+    std::vector<Force> radial;
+    std::copy_if(forces.begin(), forces.end(), std::back_inserter(radial),
+                 [](const Force& force) { return force.kind == Force::Kind::radial; });
+    if (radial.empty()) return;
+    for_masses(scene, moment, system, [&](std::size_t f, const Vec3& place) {
+        const Vec3 at = further.empty() ? place : Vec3(place + further[f]);
+        Vec3 acceleration = Vec3::Zero();
+        for (const Force& force : radial) acceleration += radial_acceleration(force, at);
+        add_force(system, f, system.mass[f](0, 0) * acceleration);
+    });
 }
 
 }  // namespace physics

@@ -1,6 +1,6 @@
 #pragma once
 
-// Force fields on layered bodies: gravity, wind, point forces.
+// Force fields on layered bodies: gravity, wind, point and radial forces.
 //
 //   gravity  m a on every frame, or corner of the cubes below
 //   wind     on each sample of the surface, of area A and normal n, with u = wind - v there:
@@ -28,7 +28,14 @@ Vec3 free_fall(const LayeredWorld& world);
 std::vector<std::string> far_point_forces(std::span<const LayeredPart> parts,
                                           std::span<const Force> forces);
 
+// All but radial ones.
 void add_fields(const LayeredScene& scene, const LayeredMoment& moment,
                 std::span<const Force> forces, LayeredSystem& system);
+
+// Radial ones. `further`, m: of each frame and corner, how much further on than it is it takes
+// them; empty: where it is.
+void add_radial_fields(const LayeredScene& scene, const LayeredMoment& moment,
+                       std::span<const Force> forces, std::span<const Vec3> further,
+                       LayeredSystem& system);
 
 }  // namespace physics

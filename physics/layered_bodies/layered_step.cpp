@@ -282,6 +282,8 @@ private:
         add_forces(now_, moment, frame_.world, impacts, system);
         const std::vector<char> lags = will_lag(now_, moment, impacts, frame_.fall, system.dt);
         add_lag(now_, lags, frame_.fall, system);
+        add_radial_fields(now_, moment, frame_.world.forces,
+                          half_ways(now_, lags, frame_.fall, system), system);
         aim(impacts, system);
         Report report;
         const std::vector<Vec6> dv = solve(system, report);
@@ -373,6 +375,7 @@ int step_with_bullet(const FilmFrame& frame, int steps, int most, LayeredScene& 
         LayeredSystem system = make_system(now, moment, h, RigidBodies::bullet);
         Impacts impacts = find_impacts(now, moment, system, frame.fall, {frame.asked, lag});
         add_forces(now, moment, frame.world, impacts, system);
+        add_radial_fields(now, moment, frame.world.forces, {}, system);
         const ExplicitSteps wanted = explicit_steps(now, system, frame.dt);
         if (wanted.steps > steps && steps < most) return begin_again(wanted);
         for (LayeredState& state : now.states) state.steps_per_second = 0;

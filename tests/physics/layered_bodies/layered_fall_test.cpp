@@ -127,4 +127,58 @@ TEST(LayeredFall, ABodyThatHasBouncedFliesAlongAParabola)
     EXPECT_NEAR(scene.states[0].position[0].y(), y, 1e-9);
 }
 
+// Near the position of a radial force its acceleration is -omega^2 x, and what is let go at x_0 is
+// at x_0 cos(n angle) after n steps of drift, kick and drift (bricks/radial_on_way.hpp).
+TEST(LayeredFall, WhatIsDrawnToAPlaceSwingsThroughItForEver)
+{
+    const double omega = 12, tau = dt / 2, angle = std::acos(1 - 0.5 * omega * omega * tau * tau);
+    LayeredWorld world{.gravity = Vec3::Zero()};
+    world.forces.push_back({.kind = Force::Kind::radial,
+                            .position = Vec3::Zero(),
+                            .radius = 1e4,
+                            .outward = -omega * omega * 1e3});
+    LayeredBody drops = make_layered_body(
+        soft_layer({point({0.5, 0, 0}), point({0.65, 0.1, 0}), point({0.6, 0, 0.1})}, true),
+        BaseKind::particles, 1000, 0.05);
+    add_spring_network(drops.base, 0.3, 500, 2);
+    for (const LayeredBody& body : {ball({0.6, 0, 0}), drops}) {
+        for (const RigidBodies solver : {RigidBodies::implicit, RigidBodies::bullet}) {
+            if (solver == RigidBodies::bullet && body.base.kind != BaseKind::rigid) continue;
+            world.rigid_bodies = solver;
+            LayeredScene scene = scene_of({body});
+            const Vec3 began = middle_of_mass(scene);
+            for (int frame = 1; frame <= 72; ++frame) {
+                scene = run(scene, 1, world);
+                const Vec3 off = middle_of_mass(scene) - began * std::cos(2 * frame * angle);
+                ASSERT_LT(off.norm(), 1e-4) << frame << " " << int(body.base.kind);
+            }
+        }
+    }
+}
+
+// Its torque about its position is 0: what spins there is slowed by the steps alone.
+TEST(LayeredFall, WhatSpinsAboutTheMiddleOfARadialForceGoesOnAsWithoutIt)
+{
+    LayeredBody body = make_layered_body(soft_layer({point({-0.1, 0, 0}), point({0.1, 0, 0}),
+                                                     point({0, 0.1, 0}), point({0, -0.1, 0})},
+                                                    true),
+                                         BaseKind::particles, 1000, 0.05);
+    add_spring_network(body.base, 0.3, 5e4, 2);
+    const auto left = [&](double outward) {
+        LayeredWorld world{.gravity = Vec3::Zero()};
+        world.forces.push_back({.kind = Force::Kind::radial,
+                                .position = Vec3::Zero(),
+                                .radius = 1e4,
+                                .outward = outward});
+        LayeredScene scene = scene_of({body});
+        for (std::size_t f = 0; f < scene.states[0].velocity.size(); ++f) {
+            scene.states[0].velocity[f] = Vec3(0, 0, 6).cross(scene.states[0].position[f]);
+        }
+        return angular_momentum(run(scene, 24, world, 4)).z();
+    };
+    const double without = left(0);
+    EXPECT_NEAR(left(-1e5) / without, 1, 0.02);
+    EXPECT_NEAR(left(1e5) / without, 1, 0.02);
+}
+
 }  // namespace physics::layered_fall_test
