@@ -27,8 +27,14 @@ template <class Visit> void for_samples(const LayeredScene& scene, const Visit& 
     }
 }
 
-// Calls visit(number, place) for all frames and corners of bodies that feel forces and that
-// have mass.
+// A frame, or a corner of cubes, that has mass.
+struct MassAt {
+    std::size_t body, index;  // among the body's frames or corners
+    std::size_t number;       // in the system
+    Vec3 place;               // m
+};
+
+// Calls visit(mass) for all of bodies that feel forces.
 template <class Visit>
 void for_masses(const LayeredScene& scene, const LayeredMoment& moment, const LayeredSystem& system,
                 const Visit& visit)
@@ -40,9 +46,41 @@ void for_masses(const LayeredScene& scene, const LayeredMoment& moment, const La
         const std::size_t begin = cubes ? system.corner(b, 0) : system.frame(b, 0);
         const std::size_t count = cubes ? corner.size() : mass_count(scene.parts[b].body->base);
         for (std::size_t i = 0; i < count; ++i) {
-            visit(begin + i, cubes ? corner[i] : Vec3(moment.frames[b][i].translation()));
+            const Vec3 place = cubes ? corner[i] : Vec3(moment.frames[b][i].translation());
+            visit(MassAt{b, i, begin + i, place});
         }
     }
+}
+
+// Of a rigid frame about its centre of mass: a box of its mass and its inertia, by Gauss points
+// that integrate polynomials of degree 9 along each of its edges.
+struct BoxPoint {
+    Vec3 arm;     // m, in the frame's axes
+    double mass;  // kg
+};
+
+std::vector<BoxPoint> box_points(double mass, const Mat3& inertia)
+{
+    constexpr int n = 5;
+    constexpr double at[n] = {-0.9061798459386640, -0.5384693101056831, 0, 0.5384693101056831,
+                              0.9061798459386640};
+    constexpr double share[n] = {0.1184634425280945, 0.2393143352496832, 0.2844444444444444,
+                                 0.2393143352496832, 0.1184634425280945};
+    if (!(mass > 0)) return {};
+    // Of the sum of m x x^T, each eigenvalue is m a^2 / 3, with a half an edge.
+    const Mat3 second = 0.5 * inertia.trace() * Mat3::Identity() - inertia;
+    const Eigen::SelfAdjointEigenSolver<Mat3> own(second);
+    const Vec3 half = (3 / mass * own.eigenvalues()).cwiseMax(0).cwiseSqrt();
+    std::vector<BoxPoint> out;
+    for (int i = 0; i < n; ++i) {
+        for (int j = 0; j < n; ++j) {
+            for (int k = 0; k < n; ++k) {
+                const Vec3 arm = half.cwiseProduct(Vec3(at[i], at[j], at[k]));
+                out.push_back({own.eigenvectors() * arm, mass * share[i] * share[j] * share[k]});
+            }
+        }
+    }
+    return out;
 }
 
 void add_wind(const LayeredScene& scene, const LayeredMoment& moment, const Force& wind,
@@ -162,8 +200,8 @@ void add_fields(const LayeredScene& scene, const LayeredMoment& moment,
     for (const Force& force : forces) {
         switch (force.kind) {
         case Force::Kind::gravity:
-            for_masses(scene, moment, system, [&](std::size_t f, const Vec3&) {
-                add_force(system, f, system.mass[f](0, 0) * force.acceleration);
+            for_masses(scene, moment, system, [&](const MassAt& m) {
+                add_force(system, m.number, system.mass[m.number](0, 0) * force.acceleration);
             });
             break;
         case Force::Kind::wind:
@@ -189,11 +227,25 @@ void add_radial_fields(const LayeredScene& scene, const LayeredMoment& moment,
     std::copy_if(forces.begin(), forces.end(), std::back_inserter(radial),
                  [](const Force& force) { return force.kind == Force::Kind::radial; });
     if (radial.empty()) return;
-    for_masses(scene, moment, system, [&](std::size_t f, const Vec3& place) {
-        const Vec3 at = further.empty() ? place : Vec3(place + further[f]);
-        Vec3 acceleration = Vec3::Zero();
-        for (const Force& force : radial) acceleration += radial_acceleration(force, at);
-        add_force(system, f, system.mass[f](0, 0) * acceleration);
+    const auto acceleration = [&](const Vec3& at) {
+        Vec3 sum = Vec3::Zero();
+        for (const Force& force : radial) sum += radial_acceleration(force, at);
+        return sum;
+    };
+    for_masses(scene, moment, system, [&](const MassAt& m) {
+        const Vec3 at = further.empty() ? m.place : Vec3(m.place + further[m.number]);
+        const Base& base = scene.parts[m.body].body->base;
+        if (base.kind != BaseKind::rigid) {
+            add_force(system, m.number, system.mass[m.number](0, 0) * acceleration(at));
+            return;
+        }
+        const Mat3 turn = moment.frames[m.body][m.index].linear();
+        Vec3 force = Vec3::Zero(), torque = Vec3::Zero();
+        for (const BoxPoint& point : box_points(base.mass[m.index], base.inertia[m.index])) {
+            const Vec3 arm = turn * point.arm, own = point.mass * acceleration(at + arm);
+            force += own, torque += arm.cross(own);
+        }
+        add_force(system, m.number, force, torque);
     });
 }
 

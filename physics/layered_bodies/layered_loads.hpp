@@ -9,6 +9,8 @@
 //            1/2 rho drag pi r^2 |u| u
 //   point    the total shared by the samples within the radius, as drawn, by area and distance;
 //            the nearest one gets it where there are none
+//   radial   m a on every particle or corner, by its place; on a rigid frame force and torque as on
+//            a box of its mass and its inertia
 // Bodies that are told where to be feel none.
 
 #include "physics/layered_bodies/layered_system.hpp"

@@ -145,4 +145,36 @@ TEST_P(LayeredLoads, NumbersThatAreNoneAreRefused)
     EXPECT_THROW(advance(scene, scene.parts, world(force), step, 1), std::invalid_argument);
 }
 
+// Near its position a swirl S accelerates by 10 S / R x d, as a spin does that grows: all of a limb
+// begins to turn at 10 S / R about it.
+TEST_P(LayeredLoads, ASwirlTurnsARigidLimbOfAnyShape)
+{
+    Force swirl;
+    swirl.kind = Force::Kind::radial;
+    swirl.radius = 1e4;
+    swirl.swirl = {0, 0, 600};
+    Skeleton segment{.kind = SkeletonKind::segment, .points = {{0.2, 0, 0}, {1, 0.3, 0}}};
+    const LayeredBody limb =
+        make_layered_body(soft_layer({segment, point({1, 0, 0})}), BaseKind::rigid, 1000, 0.05);
+    const LayeredScene scene = run(scene_of({limb}), world(swirl), 1);
+    const Vec3 turn(0, 0, 0.6 * step), at = limb.base.frames[0].translation();
+    EXPECT_LT((scene.states[0].spin[0] - turn).norm(), 1e-3 * turn.norm());
+    EXPECT_LT((scene.states[0].velocity[0] - turn.cross(at)).norm(), 1e-3 * turn.norm());
+}
+
+TEST_P(LayeredLoads, ABlastAtTheEndOfALimbThrowsAndTurnsIt)
+{
+    Force blast;
+    blast.kind = Force::Kind::radial;
+    blast.outward = 100;
+    blast.radius = 0.4;
+    blast.position = {0.45, -0.15, 0};
+    const Skeleton segment{.kind = SkeletonKind::segment, .points = {{-0.5, 0, 0}, {0.5, 0, 0}}};
+    const LayeredScene scene =
+        run(scene_of({make_layered_body(soft_layer({segment}), BaseKind::rigid, 1000, 0.05)}),
+            world(blast), 4);
+    EXPECT_GT(scene.states[0].velocity[0].y(), 4 * step);  // of 100 m/s^2 on a few hundredths of it
+    EXPECT_GT(scene.states[0].spin[0].z(), 4 * step);
+}
+
 }  // namespace physics::layered_loads_test
