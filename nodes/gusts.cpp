@@ -1,3 +1,4 @@
+#include "physics/state/gusts.hpp"
 #include "graph/types/node_builder.hpp"
 #include "nodes/wire_types.hpp"
 
@@ -28,9 +29,7 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     out.drag = in.drag;
     out.gusts = {.speed = in.speed, .size = in.size, .seed = static_cast<std::uint32_t>(in.seed)};
     if (in.last) {
-        const double dt = context.frame_seconds();
-        out.gusts.carried = in.last->gusts.carried + dt / 2 * (in.last->velocity + in.velocity);
-        out.gusts.time = in.last->gusts.time + dt;
+        physics::let_pass(*in.last, context.frame_seconds(), out);
         out.began_as(*in.last);
     }
     return {out};

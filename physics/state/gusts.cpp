@@ -43,6 +43,15 @@ double finer(std::size_t n, std::size_t count)
 
 }  // namespace
 
+void let_pass(const Force& before, double dt, Force& wind)
+{
+    const double size = 0.5 * (before.gusts.size + wind.gusts.size);
+    const double speed = 0.5 * (before.gusts.speed + wind.gusts.speed);
+    const Vec3 velocity = 0.5 * (before.velocity + wind.velocity);
+    wind.gusts.carried = before.gusts.carried + dt / size * velocity;
+    wind.gusts.time = before.gusts.time + dt / size * speed;
+}
+
 Air::Air(const Force& wind) : mean_(wind.velocity), gusty_(wind.gusts.speed > 0)
 {
     if (!gusty_) return;
@@ -55,11 +64,12 @@ Air::Air(const Force& wind) : mean_(wind.velocity), gusty_(wind.gusts.speed > 0)
         const double slower = std::pow(finer(n, waves), -1. / 3);
         const double amplitude = gusts.speed * slower / std::sqrt(sum);
         const Vec3 way = draws.direction();
-        wave.k = 2 * pi * finer(n, waves) / gusts.size * way;
+        const Vec3 k = 2 * pi * finer(n, waves) * way;  // rad in a size
+        wave.k = k / gusts.size;
         wave.a = amplitude * draws.across(way);
         wave.b = amplitude * draws.across(way);
-        const double rate = 0.4 * wave.k.norm() * gusts.speed * slower;  // rad/s
-        wave.phase = 2 * pi * draws.unit() + rate * gusts.time - wave.k.dot(gusts.carried);
+        const double turned = 0.4 * k.norm() * slower * gusts.time;
+        wave.phase = 2 * pi * draws.unit() + turned - k.dot(gusts.carried);
     }
 }
 

@@ -364,6 +364,23 @@ TEST(Force, RadiusChangesEvenlyWithinAFrame)
 }
 
 // As a Force of that kind does.
+// Sizes of then: those of a frame are passed at the means of speeds and sizes at its ends.
+TEST(Gusts, PassByTheWindAndTheSizesOfThen)
+{
+    NodeRun gusts("Gusts");
+    gusts.param("velocity").is = Vector{2, 0, 0};
+    gusts.param("gusts").is = 1.0;
+    gusts.param("size").is = 1.0;
+    gusts.previous = {gusts.run()};
+    gusts.param("velocity").is = Vector{4, 0, 0};
+    gusts.param("gusts").is = 2.0;
+    gusts.param("size").is = 3.0;
+    const auto value = gusts.run();
+    const auto& force = *value.as<physics::Force>();
+    EXPECT_DOUBLE_EQ(force.gusts.carried.x(), 3.0 / 2 / 24);
+    EXPECT_DOUBLE_EQ(force.gusts.time, 1.5 / 2 / 24);
+}
+
 TEST(Simulate, GravityChangesEvenlyWithinAFrame)
 {
     const Value cubes = block(1e7);

@@ -6,6 +6,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace physics {
@@ -73,8 +75,11 @@ TEST(Gusts, OfASizeVaryOverIt)
 TEST(Gusts, GoWithTheWindAndChangeOnTheirWay)
 {
     Force later = gusty(2, 3);
-    later.gusts.carried = 0.01 * later.velocity;
-    const Vec3 p(0.4, 1, 2), carried = p + later.gusts.carried;
+    let_pass(gusty(2, 3), 0.01, later);
+    EXPECT_DOUBLE_EQ(later.gusts.carried.x(), 0.02);  // sizes: 6 m/s for 0.01 s
+    EXPECT_DOUBLE_EQ(later.gusts.time, 0.02 / 3);
+    later.gusts.time = 0;
+    const Vec3 p(0.4, 1, 2), carried = p + Vec3(0.06, 0, 0);
     EXPECT_LT((Air(later).at(carried) - Air(gusty(2, 3)).at(p)).norm(), 1e-12);
     later.gusts.time = 0.01;
     const double a_bit = (Air(later).at(carried) - Air(gusty(2, 3)).at(p)).norm();
@@ -85,7 +90,49 @@ TEST(Gusts, GoWithTheWindAndChangeOnTheirWay)
     // Within a frame, from where it starts.
     later.began_as(gusty(2, 3));
     EXPECT_DOUBLE_EQ(later.at(0.25).gusts.time, 0.5);
-    EXPECT_DOUBLE_EQ(later.at(0.5).gusts.carried.x(), 0.03);
+    EXPECT_DOUBLE_EQ(later.at(0.5).gusts.carried.x(), 0.01);
+}
+
+// m/s, root mean square: by how much the air at places changes in a frame of each second, from 60 s
+// on, where speed and size change evenly from those of `first` to those of `last` in the second
+// one.
+std::array<double, 3> changes_in_frames(const Gusts& first, const Gusts& last, const Vec3& wind)
+{
+    constexpr int fps = 24, start = 60;
+    std::array<double, 3> sums{};
+    Force now = gusty(first.speed, first.size);
+    now.velocity = wind;
+    for (int frame = 1; frame <= (start + 3) * fps; ++frame) {
+        const Force before = now;
+        const double share = std::clamp(double(frame) / fps - (start + 1), 0.0, 1.0);
+        now.gusts.speed = first.speed + share * (last.speed - first.speed);
+        now.gusts.size = first.size + share * (last.size - first.size);
+        let_pass(before, 1.0 / fps, now);
+        if (frame <= start * fps) continue;
+        double& sum = sums[std::size_t((frame - 1) / fps - start)];
+        for (int i = 0; i < 8; ++i) {
+            const Vec3 place(0.7 * i, 0.3 * i, 0);
+            sum += (Air(now).at(place) - Air(before).at(place)).squaredNorm() / (8 * fps);
+        }
+    }
+    for (double& sum : sums) sum = std::sqrt(sum);
+    return sums;
+}
+
+// Waves that went by at other rates have gone by: it was three and twice as much.
+TEST(Gusts, PassNoFasterWhileTheirSpeedOrSizeChanges)
+{
+    const auto passes = [](const Gusts& first, const Gusts& last, const Vec3& wind) {
+        const auto [before, now, after] = changes_in_frames(first, last, wind);
+        EXPECT_LT(now, 1.3 * std::max(before, after));
+        EXPECT_GT(now, 0.7 * std::min(before, after));
+    };
+    const Gusts slow{.speed = 0.9, .size = 2}, fast{.speed = 1.1, .size = 2};
+    passes(slow, fast, Vec3::Zero());
+    passes(fast, slow, Vec3::Zero());
+    const Gusts small{.speed = 1, .size = 4}, large{.speed = 1, .size = 4.4};
+    passes(small, large, Vec3(5, 0, 0));
+    passes(large, small, Vec3(5, 0, 0));
 }
 
 TEST(Gusts, CarryWhatIsLightAsFastAsTheAirIsThere)
