@@ -125,6 +125,24 @@ std::vector<RigidGroup> rigid_groups(const Moves& moves, std::vector<std::size_t
     return out;
 }
 
+struct TurnCentre {
+    Vec3 from, to;  // m
+};
+
+// What a group turns about: of its pins' pivots and its mean place what goes least far. A pin takes
+// its own pivot no further than it moves it; what it holds anew was turned elsewhere.
+TurnCentre stillest(const RigidMove& move, const std::vector<std::size_t>& points,
+                    const std::vector<Vec3>& pivots)
+{
+    TurnCentre out{move.from, move.to};
+    for (const auto i : points) {
+        const Vec3 to = pivot_of(pivots, i);
+        const Vec3 from = move.from + move.by.inverse() * Vec3(to - move.to);
+        if ((to - from).norm() < (out.to - out.from).norm()) out = {from, to};
+    }
+    return out;
+}
+
 }  // namespace
 
 PinPaths::PinPaths(std::vector<Vec3> from, std::vector<Vec3> to,
@@ -144,13 +162,8 @@ PinPaths::PinPaths(std::vector<Vec3> from, std::vector<Vec3> to,
             if (!(move.by.angle() > least)) continue;
             turn_.resize(from_.size(), no_index);
             for (const auto i : points) turn_[i] = static_cast<std::uint32_t>(turns_.size());
-            Turn turn{move.from, move.to, move.by.axis(), move.by.angle()};
-            const Vec3 pivot = pivot_of(pivots, points[0]);
-            if (pivot.allFinite()) {
-                turn.to = pivot;
-                turn.from = move.from + move.by.inverse() * Vec3(pivot - move.to);
-            }
-            turns_.push_back(turn);
+            const TurnCentre centre = stillest(move, points, pivots);
+            turns_.push_back({centre.from, centre.to, move.by.axis(), move.by.angle()});
         }
     }
 }

@@ -7,9 +7,10 @@
 // slower than they turn. Where several hold a part and move differently, those that move alike turn
 // together. What else pins do is even along lines.
 //   y(s) = c0 + s (c1 - c0) + R(s a) (y0 - c0) + s e,   e = y1 - c1 - R(a) (y0 - c0)
-// with the turn a, what is left over, e, and the places c that they turn about: their pivot, where
-// the pins tell it, or else the mean of their own. A pin that swings what it holds about a pivot
-// beside that moves it along an arc.
+// with the turn a, what is left over, e, and the places c that they turn about: of the pivots that
+// pins tell and the mean of their own places, what goes least far. A pin that swings what it holds
+// about a pivot beside that moves it along an arc. One that takes hold of what has turned elsewhere
+// puts it back by a turn in its place: about a pivot far off, that would sweep aside.
 
 #include "geometry/base/vec.hpp"
 

@@ -8,6 +8,7 @@
 
 #include <Eigen/Geometry>
 
+#include <limits>
 #include <numbers>
 
 namespace physics {
@@ -86,6 +87,45 @@ TEST(PinPaths, WhatTurnsAboutAPivotGoesAlongAnArc)
     }
     EXPECT_LT((sum_at_end - sum).norm(), 1e-12);
     EXPECT_LT((moment_at_end - moment).norm(), 1e-11);
+}
+
+// A body that rolled by 60 degrees where it stands is held anew by a pin that turns about the
+// origin.
+TEST(PinPaths, WhatIsPutBackTurnsInItsPlace)
+{
+    const Vec3 middle(0.4, 0.8, 1.2);
+    std::vector<Vec3> from, to;
+    for (const Vec3& p : box) {
+        from.emplace_back(Vec3(5, 0, 0) + turn(60) * (p - middle));
+        to.emplace_back(Vec3(5, 0, 0) + p - middle);
+    }
+    const std::vector<std::uint32_t> together(box.size(), 0);
+    const PinPaths paths(from, to, together, std::vector<Vec3>(box.size(), Vec3(0, 0, 0)), edge);
+    for (std::size_t i = 0; i < box.size(); ++i) {
+        const Vec3 expected = Vec3(5, 0, 0) + turn(30) * (box[i] - middle);
+        EXPECT_LT((paths.at(i, 0.5) - expected).norm(), 1e-12);
+    }
+}
+
+// Of two pins that turn a part alike, one tells its pivot, and one, which follows a mesh, has none.
+TEST(PinPaths, APivotThatSomeOfThePinsTellIsThatOfAll)
+{
+    const double open = std::numeric_limits<double>::quiet_NaN();
+    const Vec3 pivot(10, 0, 0);
+    std::vector<Vec3> to;
+    for (const Vec3& p : box) to.emplace_back(pivot + turn(60) * (p - pivot));
+    const std::vector<std::uint32_t> together(box.size(), 0);
+    for (const bool first : {false, true}) {
+        std::vector<Vec3> pivots(box.size(), first ? pivot : Vec3::Constant(open));
+        for (std::size_t i = 2; i < box.size(); ++i) {
+            pivots[i] = first ? Vec3::Constant(open) : pivot;
+        }
+        const PinPaths paths(box, to, together, pivots, edge);
+        for (std::size_t i = 0; i < box.size(); ++i) {
+            const Vec3 expected = pivot + turn(30) * (box[i] - pivot);
+            EXPECT_LT((paths.at(i, 0.5) - expected).norm(), 1e-12) << first;
+        }
+    }
 }
 
 // Two pulls at the middle of the frame, against each other and along the arms to the mean place,
