@@ -173,7 +173,7 @@ Dial following(const graph::Graph& graph, const graph::Graph& other, const std::
             if (weight > heaviest) dial.grows = false;
             if (weight >= heaviest) dial.grows |= whole == with_it;
             heaviest = std::max(heaviest, weight);
-            dial.counts |= whole && value == std::floor(value);
+            dial.counts |= whole && with_it && value == std::floor(value);
             if (!own) continue;
             dial.least = std::max(dial.least, param.limits.min);
             dial.most = std::min(dial.most, param.limits.max);

@@ -276,6 +276,22 @@ TEST(Tune, TakesVariablesThatMakeFinerWhatFollowsThemAsTheyGrow)
     EXPECT_NE(out.find("Coarsest setting within 10 %: across=5 half=1 "), std::string::npos) << out;
 }
 
+// Whole at first, as a count is; but it is the count that must be.
+TEST(Tune, HalvesAWholeVariableThatACountShrinksWith)
+{
+    const toys::Folder folder;
+    const std::string file = folder
+                                 .write("t.json", R"({ "aspic": 1, "frames": { "last": 2 },
+        "variables": { "cell": 0.4, "ms": 2 }, "nodes": { "model": { "type": "Model@1",
+          "params": { "size": "=cell", "step": { "substeps": "=4 / ms" } } } } })")
+                                 .string();
+    std::string out, err;
+    EXPECT_EQ(run({"tune", file, "--error", "1%", "--size", "cell", "--steps", "ms"}, out, err),
+              exit_ok)
+        << err;
+    EXPECT_NE(out.find("Coarsest setting within 1 %: cell=0.1 ms=0.25 "), std::string::npos) << out;
+}
+
 TEST(Tune, MistakesAreSaid)
 {
     const toys::Folder folder;
