@@ -88,7 +88,7 @@ told_of_stiff(const std::vector<graph::Wire<geometry::Cubes>>& cubes,
 }
 
 // Rigid bodies whose pins are not where they ask to be at the end of a frame, as no rigid motion
-// takes all of them there.
+// takes all of them there, or as steps are too long for how they swing.
 inline std::vector<std::string>
 told_of_torn_pins(const std::vector<graph::Wire<geometry::Cubes>>& cubes,
                   const std::vector<OneBody>& bodies, const physics::Pins& pins,
@@ -112,8 +112,12 @@ told_of_torn_pins(const std::vector<graph::Wire<geometry::Cubes>>& cubes,
         out.push_back(fmt::format(
             "rigid body {} is not where its pins ask it to be: they, or pins and what it touches, "
             "ask for another shape or place than it can take. Pin one region of it, give its pins "
-            "one motion, or set `rigid` = false",
-            i));
+            "one motion, or set `rigid` = false{}",
+            i,
+            state.report.step_error > visible
+                ? ". Steps that are too long do so, too: raise step.substeps; where it is 0, lower "
+                  "step.error"
+                : ""));
     }
     return out;
 }

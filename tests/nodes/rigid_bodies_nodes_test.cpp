@@ -318,4 +318,20 @@ TEST(RigidBodyNodes, PinsThatNoRigidMotionFollowsAreTold)
         << torn.warnings[0];
 }
 
+// A bar that swings by one corner is at odds with no pin.
+TEST(RigidBodyNodes, PinsThatStepsAreTooLongForAreTold)
+{
+    const auto bar = std::make_shared<const geometry::Cubes>(fixtures::box(4, 1, 1, 0.1));
+    const std::vector<graph::Wire<geometry::Cubes>> cubes = {{bar}};
+    const physics::Pins pins{.corner = {0}, .target = {geometry::Vec3(0, 0, 0)}};
+    physics::State state;
+    state.x.assign(bar->corner_count(), geometry::Vec3(0.004, 0, 0));
+    const auto told = [&](double step_error) {
+        state.report.step_error = step_error;
+        return nodes::simulate::told_of_torn_pins(cubes, {{.rigid = true}}, pins, state).at(0);
+    };
+    EXPECT_EQ(told(0).find("step.substeps"), std::string::npos);
+    EXPECT_NE(told(0.04).find("too long do so, too: raise step.substeps"), std::string::npos);
+}
+
 }  // namespace
