@@ -44,14 +44,20 @@ template <class Emit> void scan(const Vec3& a, const Vec3& b, const Vec3& c, con
 
 }  // namespace
 
+LineOffset line_offset(const LatticeMesh& mesh)
+{
+    return is_closed(mesh) ? LineOffset{} : LineOffset{0.06, -0.05};
+}
+
 Crossings find_crossings(const LatticeMesh& mesh, const Axes& axes, int per_cell)
 {
     const double scale = per_cell;
+    const LineOffset off = line_offset(mesh);
     std::vector<Vec3> turned(mesh.positions.size());
     double lo = std::numeric_limits<double>::infinity(), hi = -lo;
     for (std::size_t v = 0; v < turned.size(); ++v) {
         const Vec3& p = mesh.positions[v];
-        turned[v] = {p[axes.u], scale * p[axes.v], scale * p[axes.w]};
+        turned[v] = {p[axes.u], scale * (p[axes.v] - off.v), scale * (p[axes.w] - off.w)};
     }
     for (const Triangle& t : mesh.triangles) {
         for (const std::uint32_t v : t) {

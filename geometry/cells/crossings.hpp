@@ -56,7 +56,19 @@ inline int first_centre(double x)
     return static_cast<int>(std::ceil(x - 0.5));
 }
 
-// Crossings of the lines v = (row + 1/2) / per_cell, w likewise.
+// How far lines lie off the middles of their rows, in cells.
+//
+// Two mirrored halves of a model often leave a slit where they meet, and a grid over the model has
+// rows whose middles lie in it, so that lines there would pass between all faces. Lines of open
+// meshes are moved off by more than half of such a slit. They are moved up along v and down along
+// w: of the three axes' lines through a point near a plane across an axis, one stays and the other
+// two go to either side, so that what two of them say is as before.
+struct LineOffset {
+    double v = 0, w = 0;
+};
+LineOffset line_offset(const LatticeMesh& mesh);
+
+// Crossings of the lines v = (row + 1/2) / per_cell + offset, w likewise.
 Crossings find_crossings(const LatticeMesh& mesh, const Axes& axes, int per_cell);
 
 inline int sign_of(int x)

@@ -5,7 +5,8 @@
 namespace geometry {
 
 // When a point is inside a mesh. Six rays go out from it, one each way along the axes; each counts
-// what it crosses and casts a vote; a point is inside when more than half of the six say so.
+// what it crosses and casts a vote; a point is inside when more than half of the six say so. Rays
+// of open meshes start a little beside it, so that narrow slits do not matter (crossings.hpp).
 // On a closed mesh all rays agree and the rule is exact. Where a mesh is open, those rays that
 // leave through the hole are outvoted as long as it is no larger than most of the rays' view.
 enum class Inside {

@@ -148,6 +148,7 @@ LatticeMesh in_rows_of(std::span<const Vec3i> cells, int axis, const LatticeMesh
     for (const Vec3i& c : cells) rows.insert({c[v], c[w], 0});
     LatticeMesh out;
     out.positions = mesh.positions;
+    out.closed = mesh.closed;  // in these rows
     for (const Triangle& t : mesh.triangles) {
         const Vec3 &a = mesh.positions[t[0]], &b = mesh.positions[t[1]], &c = mesh.positions[t[2]];
         const Vec3i lo = cell_of(a.cwiseMin(b).cwiseMin(c)),

@@ -25,12 +25,15 @@ VoxelGrid grid_across(const TriMesh& mesh, int resolution)
     return fit_grid(box, size_for(box, resolution));
 }
 
-// Six rays from p, cast one by one: the rule in the words of Inside.
-bool inside_by_rays(const LatticeMesh& mesh, Inside rule, const Vec3& p)
+// Six rays from near a point, cast one by one: the rule in the words of Inside.
+bool inside_by_rays(const LatticeMesh& mesh, Inside rule, const Vec3& point)
 {
+    const geometry::LineOffset off = line_offset(mesh);
     int votes = 0;
     for (int ray = 0; ray < 6; ++ray) {
         const int u = ray / 2, v = (u + 1) % 3, w = (u + 2) % 3;
+        Vec3 p = point;
+        p[v] += off.v, p[w] += off.w;
         const double way = ray % 2 ? 1 : -1;
         int sum = 0, count = 0;
         for (const auto& [a, b, c] : mesh.triangles) {
@@ -76,7 +79,8 @@ TEST(SolidCells, AreWhereMostOfSixRaysSaySo)
     for (const TriMesh& mesh :
          {test_meshes::mesh_of(ball.positions, torn), soup, test_meshes::both(ball, soup)}) {
         const VoxelGrid grid = grid_across(mesh, 12);
-        const LatticeMesh lattice = to_lattice(mesh, grid);
+        LatticeMesh lattice = to_lattice(mesh, grid);
+        lattice.closed = false;
         const std::vector<Vec3i> cells = cells_of(grid);
         const CellSet surface = surface_cells(lattice, CellShape::interior);
         for (const Inside rule : {Inside::winding, Inside::parity}) {
@@ -192,6 +196,49 @@ TEST(SolidCells, AHoleDoesNotEmptyTheSolid)
             }
             if (centre.norm() > 1.06) {
                 EXPECT_FALSE(cells.contains(c)) << centre.transpose();
+            }
+        }
+    }
+}
+
+// A box of two halves with a slit across x between them, each without its face there.
+TriMesh box_of_halves(double slit)
+{
+    const TriMesh box = test_meshes::box({0, 0, 0}, {1, 1, 1});
+    std::vector<geometry::Triangle> triangles;
+    std::vector<geometry::Vec3f> positions;
+    for (const bool left : {true, false}) {
+        const auto first = static_cast<std::uint32_t>(positions.size());
+        const auto outer = [&](std::uint32_t v) { return (box.positions[v].x() < 0.5f) == left; };
+        for (std::uint32_t v = 0; v < box.positions.size(); ++v) {
+            geometry::Vec3f p = box.positions[v];
+            if (!outer(v)) p.x() = static_cast<float>(0.5 + (left ? -0.5 : 0.5) * slit);
+            positions.push_back(p);
+        }
+        for (const auto& [a, b, c] : box.triangles()) {
+            if (!outer(a) && !outer(b) && !outer(c)) continue;
+            triangles.push_back({first + a, first + b, first + c});
+        }
+    }
+    return test_meshes::mesh_of(positions, triangles);
+}
+
+// The middles of an odd number of cells lie in the slit, so that rays from there along both axes
+// in it would pass between all faces.
+TEST(SolidCells, ASlitBetweenMirroredHalvesLosesNothing)
+{
+    for (const double slit : {1e-5, 1e-3, 4e-3}) {  // up to a twelfth of a cell
+        const TriMesh halves = box_of_halves(slit);
+        ASSERT_EQ(halves.triangles().size(), 20u);
+        for (const int across : {8, 9, 11, 21}) {
+            const VoxelGrid grid = grid_across(halves, across);
+            const LatticeMesh lattice = to_lattice(halves, grid);
+            const std::vector<Vec3i> all = cells_of(grid);
+            for (const Inside rule : {Inside::winding, Inside::parity}) {
+                EXPECT_EQ(solid_cells(lattice, rule).count(), all.size()) << across << ", " << slit;
+                for (const std::uint64_t inside : cell_lines(lattice, rule, all).inside) {
+                    EXPECT_EQ(inside, ~std::uint64_t{0}) << across << ", " << slit;
+                }
             }
         }
     }
