@@ -20,18 +20,12 @@ public:
 
     bool holds(std::uint32_t outer, std::uint32_t inner)
     {
-        constexpr std::size_t most = 256;
         if (parts_.empty()) {
             parts_ = split(mesh_, pieces_.of, pieces_.count());
             trees_.resize(parts_.size());
         }
         if (!trees_[outer]) trees_[outer] = std::make_unique<TriangleBvh>(parts_[outer].mesh);
-        const std::vector<Vec3f>& vertices = parts_[inner].mesh.positions;
-        const std::size_t step = (vertices.size() + most - 1) / most;
-        for (std::size_t v = 0; v < vertices.size(); v += step) {
-            if (!trees_[outer]->inside(vertices[v].cast<double>())) return false;
-        }
-        return !vertices.empty();
+        return geometry::holds(*trees_[outer], parts_[inner].mesh.positions);
     }
 
 private:
@@ -57,6 +51,16 @@ int way_of(double volume)
 }
 
 }  // namespace
+
+bool holds(const TriangleBvh& outer, std::span<const Vec3f> vertices)
+{
+    constexpr std::size_t most = 256;
+    const std::size_t step = (vertices.size() + most - 1) / most;
+    for (std::size_t v = 0; v < vertices.size(); v += step) {
+        if (!outer.inside(vertices[v].cast<double>())) return false;
+    }
+    return !vertices.empty();
+}
 
 std::vector<NestedPiece> nested_pieces(const TriMesh& mesh, const Pieces& pieces)
 {

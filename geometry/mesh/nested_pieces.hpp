@@ -4,7 +4,14 @@
 
 #include "geometry/mesh/pieces.hpp"
 
+#include <span>
+
 namespace geometry {
+
+class TriangleBvh;
+
+// Whether vertices, up to 256 of them, are all inside of a closed mesh; false of none.
+bool holds(const TriangleBvh& outer, std::span<const Vec3f> vertices);
 
 struct NestedPiece {
     std::uint32_t piece = 0, around = 0;  // into Pieces; around: the smallest that it lies in

@@ -5,9 +5,13 @@
 #include "geometry/base/stop.hpp"
 #include "geometry/mesh/mesh.hpp"
 #include "geometry/mesh/mesh_edges.hpp"
+#include "geometry/mesh/nested_pieces.hpp"
+#include "geometry/mesh/triangle_bvh.hpp"
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <memory>
 
 namespace geometry {
 namespace {
@@ -30,21 +34,109 @@ Box3f box_of(const WoundPiece& piece)
     return {piece.bounds.lo.cast<float>(), piece.bounds.hi.cast<float>()};
 }
 
-// Closed pieces, by where they are.
-struct ClosedBoxes {
-    explicit ClosedBoxes(const std::vector<WoundPiece>& all)
+// The vertices that some triangles use, ascending.
+std::vector<std::uint32_t> corners_in(const std::vector<Triangle>& all,
+                                      const std::vector<std::uint32_t>& some)
+{
+    std::vector<std::uint32_t> out;
+    out.reserve(3 * some.size());
+    for (const auto t : some) out.insert(out.end(), all[t].begin(), all[t].end());
+    std::sort(out.begin(), out.end());
+    out.erase(std::unique(out.begin(), out.end()), out.end());
+    return out;
+}
+
+// Closed pieces, and which lies in which.
+class ClosedPieces {
+public:
+    ClosedPieces(const TriMesh& mesh, const std::vector<WoundPiece>& all) : mesh_(mesh)
     {
-        std::vector<Box3f> boxes;
         for (const WoundPiece& piece : all) {
-            if (!piece.closed || piece.bounds.empty()) continue;
-            pieces.push_back(&piece);
-            boxes.push_back(box_of(piece));
+            if (piece.closed && !piece.bounds.empty()) pieces_.push_back(&piece);
         }
-        if (!boxes.empty()) tree = build_box_tree(boxes);
+        std::stable_sort(pieces_.begin(), pieces_.end(), [](const auto* a, const auto* b) {
+            return std::abs(a->volume) > std::abs(b->volume);
+        });
+        std::vector<Box3f> boxes;
+        for (const WoundPiece* piece : pieces_) boxes.push_back(box_of(*piece));
+        if (!boxes.empty()) boxes_ = build_box_tree(boxes);
+        trees_.resize(pieces_.size());
     }
 
-    std::vector<const WoundPiece*> pieces;
-    BoxTree tree;
+    // Those to be turned over.
+    std::vector<const WoundPiece*> turned()
+    {
+        std::vector<std::uint8_t> turned(pieces_.size(), 0);
+        std::vector<const WoundPiece*> out;
+        StopCheck check;
+        for (std::uint32_t p = 0; p < pieces_.size(); ++p) {  // those around it come before
+            check();
+            const bool inward = pieces_[p]->volume < 0;
+            std::vector<std::uint32_t> around = with_box_around(p);
+            const auto is_turned = [&](std::uint32_t i) { return turned[i] != 0; };
+            // Where the answer is one whatever it lies in, nothing needs to be looked up.
+            if (!inward && std::none_of(around.begin(), around.end(), is_turned)) continue;
+            const auto smallest = std::find_if(around.rbegin(), around.rend(),
+                                               [&](std::uint32_t i) { return lies_in(p, i); });
+            turned[p] = smallest == around.rend() ? inward : turned[*smallest];
+            if (turned[p] != 0) out.push_back(pieces_[p]);
+        }
+        return out;
+    }
+
+private:
+    // Larger ones, the largest first.
+    std::vector<std::uint32_t> with_box_around(std::uint32_t piece) const
+    {
+        const Box& box = pieces_[piece]->bounds;
+        std::vector<std::uint32_t> out;
+        boxes_.overlapping(box_of(*pieces_[piece]), [&](std::uint32_t i) {
+            const Box& other = pieces_[i]->bounds;
+            if (i < piece && (other.lo.array() < box.lo.array()).all() &&
+                (other.hi.array() > box.hi.array()).all()) {
+                out.push_back(i);
+            }
+        });
+        std::sort(out.begin(), out.end());
+        return out;
+    }
+
+    bool lies_in(std::uint32_t piece, std::uint32_t other)
+    {
+        if (!trees_[other]) trees_[other] = std::make_unique<TriangleBvh>(mesh_of(other));
+        std::vector<Vec3f> vertices;
+        for (const auto v : corners_in(mesh_.triangles(), pieces_[piece]->triangles)) {
+            if (v < mesh_.positions.size()) vertices.push_back(mesh_.positions[v]);
+        }
+        return holds(*trees_[other], vertices);
+    }
+
+    TriMesh mesh_of(std::uint32_t piece) const
+    {
+        TriMesh out;
+        const auto vertices = corners_in(mesh_.triangles(), pieces_[piece]->triangles);
+        for (const auto v : vertices) {
+            out.positions.push_back(v < mesh_.positions.size()
+                                        ? mesh_.positions[v]
+                                        : Vec3f::Constant(std::numeric_limits<float>::quiet_NaN()));
+        }
+        auto topology = std::make_shared<MeshTopology>();
+        for (const auto t : pieces_[piece]->triangles) {
+            Triangle triangle = mesh_.triangles()[t];
+            for (auto& v : triangle) {
+                v = static_cast<std::uint32_t>(
+                    std::lower_bound(vertices.begin(), vertices.end(), v) - vertices.begin());
+            }
+            topology->triangles.push_back(triangle);
+        }
+        out.topology = std::move(topology);
+        return out;
+    }
+
+    const TriMesh& mesh_;
+    std::vector<const WoundPiece*> pieces_;  // the largest first
+    BoxTree boxes_;
+    std::vector<std::unique_ptr<TriangleBvh>> trees_;  // of each piece, where one was needed
 };
 
 class Winding {
@@ -75,11 +167,8 @@ public:
         for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
             if (!seen_[t]) pieces.push_back(agreed_piece(t, out.one_way));
         }
-        const ClosedBoxes closed(pieces);
-        for (const WoundPiece& piece : pieces) {
-            if (piece.closed && piece.volume < 0 && !lies_in_another(piece, closed)) {
-                for (const auto t : piece.triangles) turned_[t] ^= 1;
-            }
+        for (const WoundPiece* piece : ClosedPieces(mesh_, pieces).turned()) {
+            for (const auto t : piece->triangles) turned_[t] ^= 1;
         }
         out.triangles = triangles_;
         for (std::size_t t = 0; t < triangles_.size(); ++t) {
@@ -142,17 +231,6 @@ private:
             out.volume += turned_[t] != 0 ? -volume : volume;
         }
         return out;
-    }
-
-    static bool lies_in_another(const WoundPiece& piece, const ClosedBoxes& closed)
-    {
-        bool found = false;
-        closed.tree.overlapping(box_of(piece), [&](std::uint32_t i) {
-            const Box& other = closed.pieces[i]->bounds;
-            found = found || ((other.lo.array() < piece.bounds.lo.array()).all() &&
-                              (other.hi.array() > piece.bounds.hi.array()).all());
-        });
-        return found;
     }
 
     const TriMesh& mesh_;

@@ -6,6 +6,7 @@
 #include "tests/geometry/meshes.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace {
 
@@ -156,6 +157,46 @@ TEST(SolidFaces, AHollowStays)
         both(box({2, 2, 2}, {1, 1, 1}), turned_over(box({1, 1, 1}, {1, 1, 1}), 12));
     EXPECT_EQ(solid_faces(shell).turned, 0u);
     expect_volume(shell, 7, "hollow");
+}
+
+// About the z axis by an eighth of a turn.
+TriMesh slanted(TriMesh mesh, double way)
+{
+    const auto c = static_cast<float>(std::sqrt(0.5)), s = static_cast<float>(way * c);
+    for (Vec3f& p : mesh.positions) p = {c * p.x() - s * p.y(), s * p.x() + c * p.y(), p.z()};
+    return mesh;
+}
+
+TriMesh mirrored(TriMesh mesh)
+{
+    for (Vec3f& p : mesh.positions) p.x() = -p.x();
+    return mesh;
+}
+
+// Two bars that cross: the box around one lies in that around the other, but it reaches out of it.
+TEST(SolidFaces, APartInTheBoxOfAnotherIsNoHollow)
+{
+    const TriMesh bar = slanted(box({2, 0.2, 0.2}, {1, 1, 1}), 1),
+                  short_bar = slanted(box({1.2, 0.2, 0.1}, {1, 1, 1}), -1);
+    const double volume = 0.08 + 0.024 - 0.004;  // less what both hold
+    EXPECT_EQ(solid_faces(both(bar, turned_over(short_bar, 12))).turned, 12u);
+    EXPECT_EQ(solid_faces(mirrored(both(bar, short_bar))).turned, 24u);
+    EXPECT_NEAR(volume_inside(both(bar, turned_over(short_bar, 12)), Inside::winding), volume,
+                0.01 * volume);
+}
+
+// What lies in another is turned along with it, so that a mirrored model is the mirror image.
+TEST(SolidFaces, AMirroredHollowIsAHollow)
+{
+    const TriMesh wall = box({2, 2, 2}, {1, 1, 1}),
+                  hollow = turned_over(box({1, 1, 1}, {1, 1, 1}), 12),
+                  stone = box({0.5, 0.5, 0.5}, {1, 1, 1});
+    EXPECT_EQ(solid_faces(mirrored(both(wall, hollow))).turned, 24u);
+    expect_volume(mirrored(both(wall, hollow)), 7, "hollow");
+    expect_volume(mirrored(both(both(stone, hollow), wall)), 7.125, "a stone in a hollow");
+    // Beside it nothing is turned.
+    const TriMesh beside = meshes::moved(both(wall, hollow), {5, 0, 0});
+    EXPECT_EQ(solid_faces(both(mirrored(both(wall, hollow)), beside)).turned, 24u);
 }
 
 TEST(SolidFaces, UnsoundTrianglesAreLeftOut)
