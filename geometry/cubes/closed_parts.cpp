@@ -185,8 +185,9 @@ void lie_in(const LatticeMesh& part, std::uint32_t number, Inside rule, Points& 
             const int vote = votes[n * i + k];
             if (vote == 0) continue;
             const std::size_t at = n * near[i] + k;
-            points.part[at] = number;
             const int turn = rule == Inside::parity || vote > 0 ? 1 : -1;
+            // A hollow leaves what it takes away to the part that it is in, or that is in it.
+            if (turn > 0 || points.part[at] == no_index) points.part[at] = number;
             points.winding[at] = static_cast<std::int16_t>(points.winding[at] + turn);
         }
     }

@@ -25,7 +25,8 @@ struct ClosedPart {
 // What has a border or encloses nothing is in no part. The largest part first.
 std::vector<ClosedPart> find_closed_parts(const LatticeMesh& mesh, const FaceMatter& matter);
 
-// The share of a cube that lies in a part and in no smaller one within it.
+// The share of a cube that lies in a part and in no smaller one within it but hollows, the parts
+// that look in by Inside::winding.
 struct PartShare {
     std::uint32_t cube, part;
     double share;
@@ -34,7 +35,7 @@ struct PartShare {
 // By 4 x 4 x 4 points of each cube marked in `cut`, and by the middle of the others; of a piece of
 // several in a cell (Cubes::part), by those of them in its quarters. Points that the parts together
 // leave outside (in a hollow of theirs, by `rule`) count for none. Sorted by cube and part. `parts`
-// as they were found: the last that a point lies in has it.
+// as they were found: the last that a point lies in has it, a hollow only where it is the only one.
 std::vector<PartShare> part_shares(const LatticeMesh& mesh, std::span<const ClosedPart> parts,
                                    Inside rule, const Cubes& cubes,
                                    std::span<const std::uint8_t> cut);

@@ -7,6 +7,7 @@
 #include "geometry/mesh/triangle_bvh.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace geometry {
@@ -172,7 +173,7 @@ std::vector<std::uint16_t> matter_at(const Solid& solid, std::span<const Vec3> p
 {
     std::vector<std::uint16_t> out(points.size(), 0);
     std::vector<std::uint8_t> found(points.size(), 0);
-    // The largest part first: what lies in a smaller one is written over.
+    // The largest part first: what lies in a smaller one is written over, unless that is a hollow.
     for (const ClosedPart& part : find_closed_parts(solid.lattice, solid.matter)) {
         std::vector<std::uint32_t> source;
         const TriMesh part_mesh = mesh_of(solid, part, source);
@@ -181,10 +182,12 @@ std::vector<std::uint16_t> matter_at(const Solid& solid, std::span<const Vec3> p
         parallel_for(points.size(), 1024, [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i) {
                 const Vec3& p = points[i];
-                if ((p.array() < box.lo.array()).any() || (p.array() > box.hi.array()).any() ||
-                    !tree.inside(p)) {
+                if ((p.array() < box.lo.array()).any() || (p.array() > box.hi.array()).any()) {
                     continue;
                 }
+                const double winding = tree.winding_number(p);
+                const bool hollow = solid.rule == Inside::winding && winding < 0;
+                if (std::abs(winding) <= 0.5 || (hollow && found[i] != 0)) continue;
                 out[i] = solid.matter.of(source[part.one_matter ? 0 : tree.closest(p).triangle]);
                 found[i] = 1;
             }

@@ -155,6 +155,29 @@ TEST(SolidMatter, AHollowIsNotFilled)
     EXPECT_NEAR(total_mass(by_parity), 936, 1e-6 * 936);
 }
 
+// Water cut into the wall of its glass, as artists make it: larger than the hollow, so that the
+// wall's inner faces are the smallest part around most of it.
+TEST(SolidMatter, AHollowClaimsNothingOfWhatLiesInIt)
+{
+    const TriMesh glass = both(box({0, 0, 0}, {1, 1, 1}),
+                               test_meshes::inside_out(box({0.2, 0.2, 0.2}, {0.8, 0.8, 0.8})));
+    const TriMesh water = box({0.15, 0.15, 0.15}, {0.85, 0.85, 0.85});
+    const double volume = 0.7 * 0.7 * 0.7, expected = 2500 * (1 - volume) + 1000 * volume;
+    for (const bool water_first : {false, true}) {
+        const TriMesh mesh = water_first ? both(water, glass) : both(glass, water);
+        const Matter of_glass{.density = 2500}, of_water{.density = 1000};
+        const FaceMatter matter = water_first ? two_matters(mesh, 12, of_water, of_glass)
+                                              : two_matters(mesh, 24, of_glass, of_water);
+        const Cubes cubes =
+            voxelize_solid(mesh, matter, Inside::winding, 0, grid_of(mesh, 0.05), {});
+        EXPECT_NEAR(total_mass(cubes), expected, 1e-6 * expected) << water_first;
+        const Samples samples = sample_volume(mesh, matter, Inside::winding, 4000, 1, SampleMass{});
+        const auto waters = std::count(samples.matter.begin(), samples.matter.end(),
+                                       std::uint16_t(water_first ? 0 : 1));
+        EXPECT_NEAR(double(waters) / 4000, volume, 0.03) << water_first;  // 4 sigma
+    }
+}
+
 TEST(SolidMatter, APartOfSeveralMattersFollowsItsFaces)
 {
     // A closed box, the face at x = 1 of another matter, and a bone inside that is all of its own.
