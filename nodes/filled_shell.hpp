@@ -42,9 +42,21 @@ struct FilledShell {
     bool filled() const { return volume > 0; }
 };
 
+// Whether something lies before most of a piece's largest hole, by its middle and places around
+// that: a pole may pass through the middle of a lampshade's. In a bare hole the winding number is a
+// half, below a lid or within another part it is not.
+inline bool is_covered(const geometry::OpenPiece& open, const geometry::TriangleBvh& tree)
+{
+    const auto covered = [&](const geometry::Vec3& at) {
+        return std::abs(std::abs(tree.winding_number(at)) - 0.5) > 0.25;
+    };
+    const auto around = std::count_if(open.half_way.begin(), open.half_way.end(), covered);
+    return 2 * (around + (covered(open.centre) ? 1 : 0)) > std::ssize(open.half_way) + 1;
+}
+
 // Open pieces whose holes are a twentieth of their faces or more (a fiftieth where faces have a
 // thickness, m, as shells do); that hold something, as flat sheets do not; and whose largest hole
-// nothing covers: there the winding number is a half, 1 or more below a lid or within another part.
+// nothing covers.
 inline FilledShell find_filled_shell(const geometry::TriMesh& mesh, geometry::Inside rule,
                                      double thickness)
 {
@@ -64,9 +76,7 @@ inline FilledShell find_filled_shell(const geometry::TriMesh& mesh, geometry::In
             continue;
         }
         if (tree.triangle_count() == 0) tree = geometry::TriangleBvh(mesh);
-        const double winding = std::abs(tree.winding_number(open.centre));
-        const bool covered = rule == geometry::Inside::winding && std::abs(winding - 0.5) > 0.25;
-        if (covered) continue;
+        if (rule == geometry::Inside::winding && is_covered(open, tree)) continue;
         part[open.piece] = 0;
         area += faces, held += open.volume;
         if (open.across <= out.across) continue;

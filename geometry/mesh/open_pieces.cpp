@@ -95,6 +95,10 @@ std::vector<OpenPiece> open_pieces(const TriMesh& mesh, const Pieces& pieces)
         largest[piece] = area;
         open.centre = lid.centre;
         open.across = 2 * std::sqrt(area / std::numbers::pi);
+        for (std::size_t i = 0; i < open.half_way.size(); ++i) {
+            const auto v = rim[i * rim.size() / open.half_way.size()];
+            open.half_way[i] = (lid.centre + mesh.positions[v].cast<double>()) / 2;
+        }
     }
     std::vector<OpenPiece> out;
     for (std::uint32_t p = 0; p < all.size(); ++p) {

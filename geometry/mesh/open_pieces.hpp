@@ -5,6 +5,8 @@
 
 #include "geometry/mesh/pieces.hpp"
 
+#include <array>
+
 namespace geometry {
 
 struct OpenPiece {
@@ -14,6 +16,7 @@ struct OpenPiece {
     // Of its largest hole. m: the mean of its rim's edges, and the diameter of a circle as large.
     Vec3 centre = Vec3::Zero();
     double across = 0;
+    std::array<Vec3, 8> half_way{};  // m, from the centre to the rim, around it
 };
 
 // Those with holes, in their order. The area of a lid is that of the vector sum_i c_i x c_{i+1} / 2

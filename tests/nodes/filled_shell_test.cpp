@@ -117,6 +117,20 @@ TEST(FilledShell, SampleTellsOfABowlWhoseInsideItFills)
     EXPECT_TRUE(node.warnings.empty());
 }
 
+// A lampshade on its pole.
+TEST(FilledShell, AHoleWithAPoleThroughItsMiddleIsTold)
+{
+    const TriMesh bowl = ball_up_to(0);
+    for (const double height : {0.3, 3.0}) {  // into the bowl, and through its bottom
+        TriMesh pole = geometry::box({0.1, height, 0.1}, geometry::Vec3i::Ones());
+        EXPECT_TRUE(tells_of_hole(test_meshes::both(bowl, pole))) << height;
+        EXPECT_TRUE(tells_of_hole(test_meshes::both(bowl, pole), 0.02)) << height;
+    }
+    // A block that fills most of the hole is a lid.
+    const TriMesh plug = geometry::box({0.8, 0.1, 0.8}, geometry::Vec3i::Ones());
+    EXPECT_FALSE(tells_of_hole(test_meshes::both(bowl, plug)));
+}
+
 TEST(FilledShell, SmallHolesLidsAndSheetsAreNot)
 {
     EXPECT_FALSE(tells_of_hole(ball_up_to(0.47f)));

@@ -33,6 +33,12 @@ TEST(OpenPieces, ABowlHoldsHalfOfItsBall)
     EXPECT_NEAR(open[0].lids, lid, 1e-6);
     EXPECT_NEAR(open[0].across, 2 * std::sqrt(lid / std::numbers::pi), 1e-6);
     EXPECT_LT(open[0].centre.norm(), 1e-6);
+    Vec3 sum = Vec3::Zero();
+    for (const Vec3& p : open[0].half_way) {
+        EXPECT_NEAR(p.norm(), 0.25, 1e-6);
+        sum += p;
+    }
+    EXPECT_LT(sum.norm(), 1e-6) << "all around";
 }
 
 TEST(OpenPieces, ATubeHasTwoHolesAndWhatIsClosedHasNone)
