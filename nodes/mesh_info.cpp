@@ -9,7 +9,7 @@
 #include "geometry/mesh/polygons.hpp"
 #include "geometry/mesh/solid_faces.hpp"
 #include "graph/types/context.hpp"
-#include "nodes/filled_shell.hpp"
+#include "nodes/filled_between.hpp"
 #include "nodes/large_cubes.hpp"
 #include "physics/bricks/bending_error.hpp"
 
@@ -125,6 +125,7 @@ void measure_surface(const geometry::TriMesh& as_read, MeshInfo& info)
         info.longest_rim = std::max(info.longest_rim, length);
     }
     info.shell = find_filled_shell(mesh, geometry::Inside::winding, 0).filled();
+    info.between = find_filled_between(mesh, geometry::Inside::winding).pieces;
     if (info.closed) {
         constexpr double nothing = 1e-9;  // of area^1.5, as rounding leaves
         info.body = geometry::mass_properties(mesh);
@@ -217,6 +218,12 @@ std::string surface_text(const MeshInfo& info)
         if (info.shell) {
             text += ". Voxelize fills it up to the rim with method = solid: for a shell, set "
                     "method = surface and its thickness";
+        }
+        if (info.between > 0) {
+            text += fmt::format(". Voxelize takes what lies between {} of its open pieces for a "
+                                "solid with method = solid: for leaves, set pieces = each, or "
+                                "method = surface and its thickness",
+                                info.between);
         }
     }
     if (info.closed && info.body.mass < 0) text += ", but its faces look inward";
@@ -380,6 +387,7 @@ std::string info_json(const std::string& file, const MeshInfo& info)
         {"holes", info.holes},
         {"longest_rim", info.longest_rim},
         {"shell", info.shell},
+        {"pieces_filled_between", info.between},
         {"disagreeing_edges", info.disagreeing},
         {"triangles_wound_otherwise", info.turned},
         {"doubled_triangles", info.doubled},

@@ -46,6 +46,7 @@ struct MeshInfo {
     std::size_t holes = 0;        // rims
     double longest_rim = 0;       // m
     bool shell = false;           // open as a bowl is: method = solid of Voxelize would fill it
+    std::size_t between = 0;      // open pieces whose gaps method = solid would fill
     std::size_t disagreeing = 0;  // edges between faces of which one looks in
     std::size_t pieces = 0;
     double area = 0;                // m^2

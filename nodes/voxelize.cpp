@@ -12,6 +12,7 @@
 #include "nodes/cube_quality.hpp"
 #include "nodes/doubled_faces.hpp"
 #include "nodes/dust.hpp"
+#include "nodes/filled_between.hpp"
 #include "nodes/filled_hollow.hpp"
 #include "nodes/filled_shell.hpp"
 #include "nodes/large_cubes.hpp"
@@ -322,6 +323,7 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     }
     const bool once = in.pieces == Pieces::merge || in.pieces == Pieces::apart;
     if (solid && once) warn_of_filled_hollow(*in.mesh, matter, in.inside, context);
+    if (solid && in.pieces != Pieces::each) warn_of_filled_between(*in.mesh, in.inside, context);
     const geometry::VoxelGrid grid = in.quality == Quality::by_size
                                          ? grid_for(in)
                                          : grid_of_quality(in, matter, options, context);

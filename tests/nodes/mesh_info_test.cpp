@@ -10,9 +10,11 @@
 #include "tests/geometry/files.hpp"
 #include "tests/geometry/test_meshes.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include <array>
 #include <sstream>
 
 namespace {
@@ -261,6 +263,33 @@ TEST(MeshInfo, SaysThatABoxWithoutALidWouldBeFilled)
         << said.out;
     EXPECT_NE(run({"info", "--json", file}).out.find("\"shell\":true"), std::string::npos);
     EXPECT_NE(run({"info", "--json", slab_in(folder)}).out.find("\"shell\":false"),
+              std::string::npos);
+}
+
+// The six faces of a cube of 2 m, each half as long as the cube.
+TEST(MeshInfo, SaysThatLoosePiecesWouldBeFilledBetween)
+{
+    const files::Folder folder;
+    std::string text;
+    for (int axis = 0; axis < 3; ++axis) {
+        for (const int side : {-1, 1}) {
+            for (int corner = 0; corner < 4; ++corner) {
+                std::array<double, 3> p{};
+                const auto u = static_cast<std::size_t>(axis);
+                p[u] = side;
+                p[(u + 1) % 3] = corner == 0 || corner == 3 ? -0.5 : 0.5;
+                p[(u + 2) % 3] = corner < 2 ? -0.5 : 0.5;
+                text += fmt::format("v {} {} {}\n", p[0], p[1], p[2]);
+            }
+            text += side > 0 ? "f -4 -3 -2 -1\n" : "f -1 -2 -3 -4\n";
+        }
+    }
+    const std::string file = folder.write("leaves.obj", text).string();
+    const std::string said = run({"info", file}).out;
+    EXPECT_NE(said.find("takes what lies between 6 of its open pieces for a solid"),
+              std::string::npos)
+        << said;
+    EXPECT_NE(run({"info", "--json", file}).out.find("\"pieces_filled_between\":6"),
               std::string::npos);
 }
 
