@@ -6,7 +6,6 @@
 #include "geometry/mesh/measure.hpp"
 #include "geometry/mesh/mesh_edges.hpp"
 #include "geometry/mesh/nested_pieces.hpp"
-#include "geometry/mesh/pieces.hpp"
 #include "geometry/mesh/solid_faces.hpp"
 #include "geometry/mesh/triangle_bvh.hpp"
 #include "graph/types/figure.hpp"
@@ -56,14 +55,23 @@ inline physics::MassMoments moments_at_rest(const geometry::Cubes& cubes)
     return physics::mass_moments(at_rest, cubes);
 }
 
-// Whether parts of a closed mesh overlap, by places in cubes: then its volume counts twice what the
-// cubes hold once.
-inline bool parts_overlap(const geometry::TriMesh& mesh, const geometry::Cubes& cubes)
+inline double volume_held(const geometry::Cubes& cubes)
 {
-    constexpr std::size_t few = 512, most = 4096;  // cubes
-    if (cubes.count() == 0 || geometry::find_pieces(mesh).count() < 2) return false;
+    double sum = 0;
+    for (const double fill : cubes.fill) sum += fill * std::pow(cubes.size, 3);
+    return sum;
+}
+
+// Whether parts of a closed mesh, which has that volume, overlap: then its volume counts twice what
+// the cubes hold once. By places in cubes, where these hold less than the mesh.
+inline bool parts_overlap(const geometry::TriMesh& mesh, double volume,
+                          const geometry::Cubes& cubes)
+{
+    constexpr std::size_t most = 512;  // cubes
+    constexpr int n = 3;            // places along an edge: parts may overlap by less than a cube
+    constexpr double least = 1e-3;  // of the volume
+    if (cubes.count() == 0 || volume_held(cubes) > (1 - least) * std::abs(volume)) return false;
     const geometry::TriangleBvh inside(mesh);
-    const int n = cubes.count() < few ? 3 : 1;  // places along an edge
     const std::size_t step = (cubes.count() + most - 1) / most;
     for (std::size_t c = 0; c < cubes.count(); c += step) {
         for (int i = 0; i < n * n * n; ++i) {
@@ -103,21 +111,19 @@ inline graph::Figures body_figures(const geometry::TriMesh* mesh, const geometry
     if (mesh && solid) faces = mesh_of(*mesh, geometry::solid_faces(*mesh));
     if (mesh && solid && by_parity) geometry::wind_by_parity(faces);
     const bool closed = mesh && solid && encloses(faces);
-    const bool overlap = closed && once && parts_overlap(faces, cubes);
-    const bool known = closed && !overlap;
     geometry::MassProperties body;
-    if (known) body = geometry::mass_properties(faces);
+    if (closed) body = geometry::mass_properties(faces);
+    const bool overlap = closed && once && parts_overlap(faces, body.mass, cubes);
+    const bool known = closed && !overlap;
     const physics::MassMoments model = moments_at_rest(cubes);
     const double density = one_density(cubes);
     const auto exact = [&](double x) { return known && body.mass > 0 ? x : unknown; };
     const auto of_mass = [&](double x) { return std::isnan(density) ? unknown : exact(x); };
-    double volume = 0;
-    for (const double fill : cubes.fill) volume += fill * std::pow(cubes.size, 3);
     graph::Figures out{
         "body",
         {{"cubes", static_cast<double>(cubes.count())},
          {"size of a cube, m", cubes.size},
-         {"volume, m^3", volume, exact(body.mass)},
+         {"volume, m^3", volume_held(cubes), exact(body.mass)},
          {"mass, kg", model.mass, of_mass(total > 0 ? total : density * body.mass)}}};
     for (int k = 0; k < 3; ++k) {
         out.all.push_back(

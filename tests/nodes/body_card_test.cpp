@@ -176,6 +176,43 @@ TEST(BodyCard, TheVolumeOfPartsThatOverlapIsNoMeasureForCubesThatHoldThemOnce)
     EXPECT_NEAR(told(0.25f, false).all[2].of, 0.125, 1e-6);
 }
 
+// Twelve boxes in a row, each 0.02 m into the next, and one piece that passes through itself: no
+// middle of a cube lies in what two of them hold.
+TEST(BodyCard, PartsThatOverlapByLessThanACubeAreSeen)
+{
+    const geometry::TriMesh box = geometry::box({0.12, 0.1, 0.1}, {1, 1, 1});
+    std::vector<geometry::TriMesh> row(12, box);
+    std::vector<const geometry::TriMesh*> all;
+    for (std::size_t i = 0; i < row.size(); ++i) {
+        for (auto& p : row[i].positions) p.x() += 0.1f * static_cast<float>(i);
+        all.push_back(&row[i]);
+    }
+    const geometry::TriMesh boxes = geometry::merge(all);
+    const auto overlaps = [](const geometry::TriMesh& mesh) {
+        const geometry::Cubes cubes = geometry::voxelize_solid(
+            mesh, geometry::FaceMatter{{}, {geometry::Matter{}}, {}}, geometry::Inside::winding, 0,
+            {0.025, {-0.05, -0.05, -0.05}, geometry::Vec3i::Zero()}, {});
+        EXPECT_GT(cubes.count(), 512u);
+        return nodes::body_figures(&mesh, cubes, true, 1, true).all.back().name ==
+               graph::overlapping_parts;
+    };
+    EXPECT_TRUE(overlaps(boxes));
+    // One piece: all hang on the first corner of the first box.
+    geometry::TriMesh one = boxes;
+    auto topology = std::make_shared<geometry::MeshTopology>(*boxes.topology);
+    const auto corners = static_cast<std::uint32_t>(box.positions.size());
+    for (std::uint32_t i = 0; i + 1 < row.size(); ++i) {
+        const std::uint32_t a = i * corners, b = (i + 1) * corners, c = b + 1;
+        topology->triangles.push_back({a, b, c});
+        topology->triangles.push_back({a, c, b});
+    }
+    topology->material.clear(), topology->group.clear(), topology->polygon.clear();
+    topology->normal_triangles.clear(), topology->uv_triangles.clear();
+    one.normals.clear();
+    one.topology = topology;
+    EXPECT_TRUE(overlaps(one));
+}
+
 // A box of 1 m^3 with one of 1/8 m^3 within, both wound outwards: a hollow by parity alone.
 TEST(BodyCard, APartWithinAnotherIsAHollowByParity)
 {
