@@ -183,10 +183,10 @@ inline void warn_of_glued_pieces(const geometry::TriMesh& mesh, const geometry::
         geometry::find_glued_pieces(mesh, pieces, cubes, apart ? join : 0);
     if (glued.count == 0) return;
     context.warn(fmt::format(
-        "{} separate pieces of the mesh share corners of cubes and move as one: pieces {} and {} "
+        "{}{} separate pieces of the mesh share corners of cubes and move as one: pieces {} and {} "
         "are {:.2g} m apart at {}; {}",
-        glued.count, glued.pair[0] + 1, glued.pair[1] + 1, glued.gap, place_text(glued.where),
-        plan_for_gap(glued, cubes, apart, planned)));
+        glued.at_least ? "at least " : "", glued.count, glued.pair[0] + 1, glued.pair[1] + 1,
+        glued.gap, place_text(glued.where), plan_for_gap(glued, cubes, apart, planned)));
 }
 
 }  // namespace nodes

@@ -254,6 +254,7 @@ GluedPieces find_glued_pieces(const TriMesh& mesh, const Pieces& pieces, const C
         out.size = two_digits_below(0.95 * gap.along / 2);  // a plane of corners lies between them
     }
     out.count = glued.size();
+    out.at_least = meetings.pairs.size() == most_pairs;
     return out;
 }
 

@@ -11,6 +11,7 @@ namespace geometry {
 // pieces that do.
 struct GluedPieces {
     std::size_t count = 0;                // of pieces; 0: none
+    bool at_least = false;                // there are more pairs than it looks at
     std::array<std::uint32_t, 2> pair{};  // the two that are nearest
     Vec3 where = Vec3::Zero();            // m, between them
     double gap = 0;                       // m, between these

@@ -149,6 +149,20 @@ TEST(GluedPieces, AreFoundAmongMoreThanAThousand)
     EXPECT_EQ(found.count, 2u);
     EXPECT_EQ(found.pair, (std::array<std::uint32_t, 2>{1099, 1100}));
     EXPECT_NEAR(found.gap, 0.15, 1e-5);
+    EXPECT_FALSE(found.at_least);
+}
+
+// 299 pairs in a row, of which 256 are looked at.
+TEST(GluedPieces, OfVeryManyTheCountIsTheLeast)
+{
+    std::vector<TriMesh> all;
+    for (int i = 0; i < 300; ++i) {
+        all.push_back(meshes::moved(box({0.2, 0.2, 0.2}, {1, 1, 1}), {0.3 * i, 0, 0}));
+    }
+    const GluedPieces found = glued(together(all), 0.2);
+    EXPECT_TRUE(found.at_least);
+    EXPECT_GE(found.count, 256u);
+    EXPECT_LT(found.count, 300u);
 }
 
 // However it lies in the grid.
