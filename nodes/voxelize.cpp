@@ -19,6 +19,7 @@
 #include "nodes/material_rules.hpp"
 #include "nodes/no_volume.hpp"
 #include "nodes/orientation.hpp"
+#include "nodes/voxelize_texts.hpp"
 #include "nodes/wire_types.hpp"
 
 #include <algorithm>
@@ -98,20 +99,6 @@ static geometry::VoxelGrid grid_for(const Inputs& in)
     }
     return grid;
 }
-
-constexpr const char* needs_points =
-    "method = samples needs the input 'points': link a Sample node, or use method = surface or "
-    "solid for a mesh";
-constexpr const char* needs_mesh =
-    "method = surface or solid needs the input 'mesh': link a mesh, or use method = samples for "
-    "points";
-
-constexpr const char* calibrated_solids =
-    "stiffness = calibrated needs closed solids, found faces with a thickness: set thickness = 0, "
-    "or stiffness = filled";
-constexpr const char* calibrated_by_size =
-    "quality chooses the size of cubes by their stiffness as filled, which stiffness = calibrated "
-    "replaces: set quality = by_size and a size, or stiffness = filled";
 
 static graph::Faults check(const Inputs& in, const graph::Setting& setting)
 {
