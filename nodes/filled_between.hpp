@@ -11,7 +11,7 @@
 
 namespace nodes {
 
-// Whether another piece is within `gap` (m) of a vertex.
+// Whether a side of another piece is within `gap` (m) of a vertex. The faces of dense leaves are.
 inline bool has_neighbour(const geometry::TriMesh& mesh, const geometry::Pieces& pieces,
                           const geometry::TriangleBvh& tree, std::uint32_t piece,
                           const geometry::Vec3& at, double gap)
@@ -26,8 +26,10 @@ inline bool has_neighbour(const geometry::TriMesh& mesh, const geometry::Pieces&
         for (std::size_t k = 0; k < 3; ++k) {
             p[k] = mesh.positions[mesh.triangles()[t][k]].cast<double>() - at;
         }
-        const geometry::Vec3 b = geometry::on_triangle(p[0], p[1], p[2]).barycentric;
-        return (b[0] * p[0] + b[1] * p[1] + b[2] * p[2]).norm() <= gap;
+        const geometry::OnTriangle on = geometry::on_triangle(p[0], p[1], p[2]);
+        const geometry::Vec3& b = on.barycentric;
+        return on.feature != geometry::OnTriangle::face &&
+               (b[0] * p[0] + b[1] * p[1] + b[2] * p[2]).norm() <= gap;
     });
 }
 
@@ -66,6 +68,7 @@ inline FilledBetween find_filled_between(const geometry::TriMesh& mesh, geometry
     if (geometry::is_closed(mesh.triangles(), mesh.positions.size())) return {};
     constexpr double least_volume = 0.01;  // of area^1.5; a ball has 0.094
     constexpr double least_share = 0.1;    // of the inside of all pieces
+    constexpr int resolution = 24;         // leaves are many, and only the share is asked for
     const geometry::Pieces pieces = geometry::find_pieces(mesh);
     std::vector<std::uint32_t> part(pieces.count(), 1), flat;
     FilledBetween out;
@@ -80,8 +83,8 @@ inline FilledBetween find_filled_between(const geometry::TriMesh& mesh, geometry
     }
     if (flat.size() < 2 || !are_apart(mesh, pieces, flat)) return {};
     out.pieces = flat.size();
-    out.all = geometry::volume_inside(mesh, rule);
-    out.volume = geometry::volume_inside(two_parts(mesh, pieces, part)[0].mesh, rule);
+    out.all = geometry::volume_inside(mesh, rule, resolution);
+    out.volume = geometry::volume_inside(two_parts(mesh, pieces, part)[0].mesh, rule, resolution);
     return out.volume > least_share * out.all ? out : FilledBetween{};
 }
 

@@ -90,11 +90,12 @@ void thin_out(std::vector<Vec3f>& points, std::size_t count, const Random& rando
 
 }  // namespace
 
-static double volume_inside(const TriMesh& mesh, const SolidFaces& solid, Inside rule)
+static double volume_inside(const TriMesh& mesh, const SolidFaces& solid, Inside rule,
+                            int resolution)
 {
     const Box box = triangle_bounds(mesh);
     if (box.empty() || !(box.size().maxCoeff() > 0)) return 0;
-    const VoxelGrid grid = grid_over(mesh, size_for(box, 64));
+    const VoxelGrid grid = grid_over(mesh, size_for(box, resolution));
     const LatticeMesh lattice = to_lattice(mesh, solid, grid);
     const CellSet cells = solid_cells(lattice, rule);
     const InsideShares border = inside_shares(lattice, rule);
@@ -105,9 +106,9 @@ static double volume_inside(const TriMesh& mesh, const SolidFaces& solid, Inside
     return sum * grid.size * grid.size * grid.size;
 }
 
-double volume_inside(const TriMesh& mesh, Inside rule)
+double volume_inside(const TriMesh& mesh, Inside rule, int resolution)
 {
-    return volume_inside(mesh, solid_faces(mesh), rule);
+    return volume_inside(mesh, solid_faces(mesh), rule, resolution);
 }
 
 Samples sample_volume(const TriMesh& mesh, const FaceMatter& matter, Inside rule, std::size_t count,
@@ -118,7 +119,7 @@ Samples sample_volume(const TriMesh& mesh, const FaceMatter& matter, Inside rule
                                     "total or by density");
     }
     const SolidFaces solid = solid_faces(mesh, matter.face);
-    const double volume = volume_inside(mesh, solid, rule);
+    const double volume = volume_inside(mesh, solid, rule, 64);
     if (!(volume > 0)) {
         throw std::invalid_argument("the mesh encloses no volume to sample. It may be open, or its "
                                     "faces may disagree on what is outside: sample its surface, "

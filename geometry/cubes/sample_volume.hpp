@@ -15,7 +15,7 @@ namespace geometry {
 Samples sample_volume(const TriMesh& mesh, const FaceMatter& matter, Inside rule, std::size_t count,
                       std::uint64_t seed, const SampleMass& mass = {});
 
-// m^3, by the cells and shares of a grid of 64 cells along the longest side.
-double volume_inside(const TriMesh& mesh, Inside rule);
+// m^3, by the cells and shares of a grid of so many cells along the longest side.
+double volume_inside(const TriMesh& mesh, Inside rule, int resolution = 64);
 
 }  // namespace geometry

@@ -78,6 +78,10 @@ TEST(FilledBetween, LeavesThatFillTheirCrownAreTold)
     EXPECT_NE(text.find("set pieces = each"), std::string::npos) << text;
     EXPECT_EQ(warnings_of(leaves, "each", "solid").find("by themselves"), std::string::npos);
     EXPECT_EQ(warnings_of(leaves, "merge", "surface").find("by themselves"), std::string::npos);
+    // Also where they are so dense that each nearly touches another.
+    const auto dense = nodes::find_filled_between(crown(10000), geometry::Inside::winding);
+    EXPECT_EQ(dense.pieces, 10000u);
+    EXPECT_TRUE(dense.filled());
     // Most of the inside is that of a block.
     TriMesh block = geometry::box({6, 6, 6}, {1, 1, 1});
     for (Vec3f& p : block.positions) p.x() += 5;
