@@ -112,7 +112,7 @@ static void describe_part(graph::ParamsOf<Part>& p)
     p.param("name", &Part::name, "Name of the part: * stands for any text, ? for any character.")
         .choice("match", &Part::match, {"any", "group", "material"},
                 "What has that name: a group (an object or a named part of a file), a material, or "
-                "any of both.");
+                "either.");
 }
 
 void add_to(graph::Registry& registry)

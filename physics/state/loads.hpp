@@ -75,8 +75,8 @@ class KeptFeatures;     // collider_features.hpp
 struct Gusts {
     double speed = 0;       // m/s, root mean square; 0: not at all
     double size = 1;        // m, of the largest
-    Vec3 carried{0, 0, 0};  // m, since the shot began, by the wind
-    double time = 0;        // s, since the shot began
+    Vec3 carried{0, 0, 0};  // since the shot began, by the wind, in sizes
+    double time = 0;        // since the shot began: s, times speed / size
     std::uint32_t seed = 0;
     bool operator==(const Gusts&) const = default;
 };

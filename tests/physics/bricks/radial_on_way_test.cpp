@@ -136,7 +136,8 @@ TEST(RadialOnWay, WhatSlidesOnAFloorKeepsToItsCircle)
     const BricksBody body = make_bricks(puck, {.rigid = {1}});
     Loads loads = drawn();
     loads.forces.push_back({.acceleration = {0, -100, 0}});  // more than lifts its rims
-    loads.colliders.push_back({.friction = 0});
+    loads.colliders.emplace_back();
+    loads.colliders.back().friction = 0;
     State state = rest_state(body);
     add_first_motion(state, puck, {0, 0, -0.6 * omega}, Vec3::Zero());
     const StepOptions options{.substeps = 4};
@@ -153,7 +154,7 @@ TEST(RadialOnWay, TwoThatAJointLinksKeepToTheirCircle)
     const std::vector<std::shared_ptr<const Cubes>> cubes = {
         std::make_shared<const Cubes>(bar_at({0.55, 0, 0})),
         std::make_shared<const Cubes>(bar_at({0.65, 0, 0}))};
-    for (const std::uint8_t rigid : {0, 1}) {
+    for (const std::uint8_t rigid : {std::uint8_t{0}, std::uint8_t{1}}) {
         const std::vector<StateModel> models = number_models(cubes);
         const std::vector<BodyModel> all = {{cubes[0].get()}, {cubes[1].get()}};
         const BricksBody body =
