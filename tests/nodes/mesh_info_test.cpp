@@ -161,6 +161,20 @@ TEST(MeshInfo, ACapThatIsWoundTheOtherWayIsNoHole)
     EXPECT_NE(said.out.find("closed, but its faces look inward\n"), std::string::npos) << said.out;
 }
 
+const char* const inches =
+    R"(<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
+<asset><unit meter="0.0254" name="inch"/><up_axis>Y_UP</up_axis></asset>
+<library_geometries><geometry id="g"><mesh><source id="p">
+<float_array id="a" count="9">0 0 0 40 0 0 0 40 0</float_array>
+<technique_common><accessor source="#a" count="3" stride="3"><param name="X" type="float"/>
+<param name="Y" type="float"/><param name="Z" type="float"/></accessor></technique_common></source>
+<vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
+<triangles count="1"><input semantic="VERTEX" source="#v" offset="0"/><p>0 1 2</p></triangles>
+</mesh></geometry></library_geometries>
+<library_visual_scenes><visual_scene id="s"><node id="n" name="t">
+<instance_geometry url="#g"/></node></visual_scene></library_visual_scenes>
+<scene><instance_visual_scene url="#s"/></scene></COLLADA>)";
+
 TEST(MeshInfo, AUnitIsGuessedWhereTheFileStatesNone)
 {
     const files::Folder folder;
@@ -179,9 +193,8 @@ TEST(MeshInfo, AUnitIsGuessedWhereTheFileStatesNone)
     all = nlohmann::json::parse(run({"info", "--json", states}).out);
     EXPECT_TRUE(all["unit"]["stated"].get<bool>());
     EXPECT_EQ(all["unit"]["name"], "m");
-    const std::string inches = (folder.path / "desk.dae").string();
-    geometry::write_mesh(inches, geometry::MeshFormat::dae, box);
-    EXPECT_NE(run({"info", inches}).out.find("m, from the unit that the file states"),
+    EXPECT_NE(run({"info", folder.write("desk.dae", inches).string()})
+                  .out.find("m, from the unit that the file states"),
               std::string::npos);
     EXPECT_EQ(nodes::guess_unit(1800).name, "cm");
     EXPECT_EQ(nodes::guess_unit(8000).name, "mm");
