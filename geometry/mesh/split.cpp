@@ -101,8 +101,10 @@ TriMesh mesh_of(const TriMesh& whole, std::span<const std::uint32_t> faces,
     topology.triangles = renumbered(whole.triangles(), faces, vertices, number);
     topology.material = taken(whole.topology->material, faces);
     topology.group = taken(whole.topology->group, faces);
-    topology.materials = those_used(whole.topology->materials, topology.material);
-    topology.groups = those_used(whole.topology->groups, topology.group);
+    if (!faces.empty()) {
+        topology.materials = those_used(whole.topology->materials, topology.material);
+        topology.groups = those_used(whole.topology->groups, topology.group);
+    }
     topology.polygon = polygons_of(whole.topology->polygon, faces);
     TriMesh out;
     out.topology = std::make_shared<const MeshTopology>(std::move(topology));
