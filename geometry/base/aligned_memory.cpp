@@ -29,7 +29,7 @@ void give_aligned(void* memory, std::size_t) noexcept
 #else
 // Arrays of a million cubes, tens of megabytes each, are taken anew in each step. As the library
 // is, it gives them back to the system, and the step waits for fresh pages half of its time. So it
-// keeps them, until the process has half of the memory that it may have.
+// keeps them, until the process has three quarters of the memory that it may have.
 static bool keep_large_arrays()
 {
     const auto machine = static_cast<std::size_t>(::sysconf(_SC_PHYS_PAGES)) *
@@ -39,7 +39,7 @@ static bool keep_large_arrays()
                                  ? std::min<std::size_t>(machine, limit.rlim_cur)
                                  : machine;
     ::scalable_allocation_mode(TBBMALLOC_SET_HUGE_SIZE_THRESHOLD, 1 << 20);
-    ::scalable_allocation_mode(TBBMALLOC_SET_SOFT_HEAP_LIMIT, static_cast<intptr_t>(most / 2));
+    ::scalable_allocation_mode(TBBMALLOC_SET_SOFT_HEAP_LIMIT, static_cast<intptr_t>(most / 4 * 3));
     return true;
 }
 

@@ -49,15 +49,9 @@ template <class V> void put_vector(std::string& out, const V& v)
     }
 }
 
-// Names of materials, told apart where two are the same: the second "m" is "m.1", or "m.2" where
-// another one is called that.
-std::vector<std::string> material_names(const MeshTopology& t)
+// Where two are the same the second "m" becomes "m.1", or "m.2" where another one is called that.
+std::vector<std::string> told_apart(std::vector<std::string> names)
 {
-    std::vector<std::string> names;
-    for (const Material& m : t.materials) {
-        std::string& name = names.emplace_back(one_line(m.name, "default"));
-        for (char& c : name) c = c == ' ' ? '_' : c;  // some readers stop at a space
-    }
     std::set<std::string> taken(names.begin(), names.end());
     std::map<std::string, int> used;
     for (std::string& name : names) {
@@ -68,6 +62,23 @@ std::vector<std::string> material_names(const MeshTopology& t)
         name = plain + std::to_string(number);
     }
     return names;
+}
+
+std::vector<std::string> material_names(const MeshTopology& t)
+{
+    std::vector<std::string> names;
+    for (const Material& m : t.materials) {
+        std::string& name = names.emplace_back(one_line(m.name, "default"));
+        for (char& c : name) c = c == ' ' ? '_' : c;  // some readers stop at a space
+    }
+    return told_apart(std::move(names));
+}
+
+std::vector<std::string> group_names(const MeshTopology& t)
+{
+    std::vector<std::string> names;
+    for (const std::string& g : t.groups) names.push_back(one_line(g, "default"));
+    return told_apart(std::move(names));
 }
 
 }  // namespace
@@ -103,12 +114,12 @@ std::string obj_text(const TriMesh& mesh, const std::string& library, const File
     }
 
     // A face's line, after the lines that change the group or the material.
-    const std::vector<std::string> names = material_names(t);
+    const std::vector<std::string> names = material_names(t), groups = group_names(t);
     const Outlines faces = outlines(t);
     put_all(out, faces.count(), [&](std::string& line, std::size_t p) {
         const std::size_t f = faces.first_triangle(p);
         if (!t.group.empty() && (f == 0 || t.group[f] != t.group[f - 1])) {
-            line += "o " + one_line(t.groups[t.group[f]], "default") + "\n";
+            line += "o " + groups[t.group[f]] + "\n";
         }
         if (!names.empty() &&
             (f == 0 || (!t.material.empty() && t.material[f] != t.material[f - 1]))) {

@@ -11,7 +11,8 @@
 namespace geometry {
 
 // Of polygons with one border, whichever way each is wound, the later ones are cut as the first is;
-// so are two triangles that make a flat, convex quad. `triangles`: into `positions`, with one
+// so are two triangles that make a flat, convex quad. Polygons that enclose a solid between them
+// stay as they are. `triangles`: into `positions`, with one
 // number for each place. `polygon`: as MeshTopology has it. No triangle that stands for a face
 // alone changes, and none turns over.
 void cut_alike(std::span<Triangle> triangles, std::span<const std::uint32_t> polygon,

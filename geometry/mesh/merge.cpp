@@ -28,12 +28,14 @@ void append_triangles(std::vector<Triangle>& to, const std::vector<Triangle>& fr
     }
 }
 
-// The place of `thing` in `all`, at the end when it is new.
-template <class T> std::uint16_t place_in(std::vector<T>& all, const T& thing, const char* what)
+// The place of `thing` among the first `known` of `all`; at the end when it is not there.
+template <class T>
+std::uint16_t place_in(std::vector<T>& all, const T& thing, const char* what, std::size_t known)
 {
-    const auto found = std::find(all.begin(), all.end(), thing);
-    const auto place = static_cast<std::size_t>(found - all.begin());
-    if (found == all.end()) all.push_back(thing);
+    const auto end = all.begin() + std::ptrdiff_t(known);
+    const auto found = std::find(all.begin(), end, thing);
+    const auto place = found == end ? all.size() : static_cast<std::size_t>(found - all.begin());
+    if (found == end) all.push_back(thing);
     if (place > 0xffff) {
         throw std::invalid_argument(std::string("the merged meshes exceed the limit of 65,536 ") +
                                     what);
@@ -99,17 +101,23 @@ void append_materials(MeshTopology& to, const MeshTopology& from)
 {
     std::vector<std::uint16_t> places;
     for (const Material& m : from.materials) {
-        places.push_back(place_in(to.materials, m, "materials"));
+        places.push_back(place_in(to.materials, m, "materials", to.materials.size()));
     }
-    if (places.empty()) places.push_back(place_in(to.materials, Material{}, "materials"));
+    if (places.empty()) {
+        places.push_back(place_in(to.materials, Material{}, "materials", to.materials.size()));
+    }
     append_renamed(to.material, from.material, from.triangles.size(), places);
 }
 
 void append_groups(MeshTopology& to, const MeshTopology& from)
 {
+    // Groups of one name within a mesh are different ones.
+    const std::size_t known = to.groups.size();
     std::vector<std::uint16_t> places;
-    for (const std::string& g : from.groups) places.push_back(place_in(to.groups, g, "groups"));
-    if (places.empty()) places.push_back(place_in(to.groups, {}, "groups"));
+    for (const std::string& g : from.groups) {
+        places.push_back(place_in(to.groups, g, "groups", known));
+    }
+    if (places.empty()) places.push_back(place_in(to.groups, {}, "groups", known));
     append_renamed(to.group, from.group, from.triangles.size(), places);
 }
 

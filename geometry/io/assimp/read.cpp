@@ -379,6 +379,11 @@ void read(const std::string& path, const std::string& root, Wanted wanted, Impor
         out.embedded.push_back(embedded_picture(*scene->mTextures[i], i));
     }
     add_nodes(*scene, out);
+    // Faces of an OBJ are of the group of that name wherever it is named; assimp makes a node each
+    // time.
+    if (extension == ".obj") {
+        for (ImportedNode& node : out.nodes) node.node = 0;
+    }
 }
 
 }  // namespace geometry::assimp

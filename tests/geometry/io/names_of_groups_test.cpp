@@ -6,6 +6,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 namespace {
 
 using namespace geometry;
@@ -22,6 +24,16 @@ TEST(NamesOfGroups, ObjectsOfAnObjKeepTheBlanksInTheirNames)
     ASSERT_EQ(mesh.triangles().size(), 3u);
     EXPECT_EQ(mesh.topology->groups, (Names{"leg left", "leg  right", "seat"}));
     EXPECT_EQ(mesh.topology->group, (std::vector<std::uint16_t>{0, 1, 2}));
+}
+
+TEST(NamesOfGroups, AGroupOfAnObjThatComesAgainIsOne)
+{
+    const files::Folder folder;
+    const std::string text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\ng left\nf 1 2 3\n"
+                             "g right\nf 1 2 4\ng left\nf 2 3 4\n";
+    const TriMesh mesh = read_mesh(folder.write("two.obj", text)).mesh;
+    EXPECT_EQ(mesh.topology->groups, (Names{"left", "right"}));
+    EXPECT_EQ(std::count(mesh.topology->group.begin(), mesh.topology->group.end(), 0), 2);
 }
 
 ImportedScene scene_of(const std::vector<std::pair<std::string, std::uint32_t>>& nodes)

@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <set>
 
 namespace {
 
@@ -105,6 +106,45 @@ TEST(DoubledFaces, AFlatTetrahedronKeepsItsFaces)
 }
 
 // A drum whose ends are polygons of 24 corners, the lower one concave.
+TEST(DoubledFaces, AQuadAndTheTwoTrianglesOfItsBackAreOneFace)
+{
+    TriMesh mesh = of_polygons(box_corners(), box_quads);
+    const double volume = std::abs(enclosed_volume(mesh));
+    MeshTopology topology = *mesh.topology;
+    for (const auto& quad : box_quads) {
+        const auto [a, b, c, d] = std::array{quad[3], quad[2], quad[1], quad[0]};
+        for (const Triangle& t : {Triangle{a, b, c}, Triangle{a, c, d}}) {
+            topology.triangles.push_back(t);
+            add_polygon(topology.polygon, 1);
+        }
+    }
+    mesh.topology = std::make_shared<const MeshTopology>(topology);
+    std::vector<Triangle> cut = mesh.triangles();
+    cut_alike(cut, topology.polygon, mesh.positions);
+    std::set<std::set<std::uint32_t>> faces;
+    for (const Triangle& t : cut) faces.insert({t[0], t[1], t[2]});
+    EXPECT_EQ(faces.size(), 12u);
+    EXPECT_NEAR(volume, 1, 1e-6);
+}
+
+// A cushion: both faces have the six corners of a rim that goes up and down.
+TEST(DoubledFaces, TwoFacesThatEncloseASolidStay)
+{
+    std::vector<Vec3f> rim;
+    std::vector<std::uint32_t> face;
+    for (std::uint32_t i = 0; i < 6; ++i) {
+        const double angle = i * std::numbers::pi / 3;
+        rim.emplace_back(float(std::cos(angle)), i % 2 ? 0.2f : 0.f, float(std::sin(angle)));
+        face.push_back(i);
+    }
+    const TriMesh cushion = of_polygons(rim, two_sided({face}));
+    const double volume = std::abs(enclosed_volume(cushion));
+    ASSERT_GT(volume, 0.1);
+    std::vector<Triangle> cut = cushion.triangles();
+    cut_alike(cut, cushion.topology->polygon, cushion.positions);
+    EXPECT_EQ(cut, cushion.triangles());
+}
+
 TEST(DoubledFaces, LargerPolygonsAreCutAlike)
 {
     constexpr std::uint32_t n = 24;

@@ -1,5 +1,6 @@
 #include "geometry/mesh/merge.hpp"
 
+#include "geometry/io/write_mesh.hpp"
 #include "tests/geometry/meshes.hpp"
 
 #include <gtest/gtest.h>
@@ -45,6 +46,23 @@ TEST(Merge, EqualMaterialsAndGroupsBecomeOne)
     EXPECT_EQ(topology->material[24], 1);
     EXPECT_EQ(topology->group[12], 1);
     EXPECT_EQ(topology->group[24], 0);
+}
+
+TEST(Merge, GroupsOfOneNameWithinAMeshStayDifferentOnes)
+{
+    const TriMesh a = meshes::with_material(box({1, 1, 1}, {1, 1, 1}), {}, "crate");
+    TriMesh two = meshes::with_material(box({1, 1, 1}, {1, 1, 1}), {}, "crate");
+    MeshTopology topology = *two.topology;
+    topology.groups.emplace_back("crate");
+    for (std::size_t f = 6; f < 12; ++f) topology.group[f] = 1;
+    two.topology = std::make_shared<const MeshTopology>(topology);
+    const std::array<const TriMesh*, 1> alone{&two};
+    EXPECT_EQ(merge(alone).topology->group, topology.group);
+    const std::array<const TriMesh*, 2> both{&two, &a};
+    EXPECT_EQ(merge(both).topology->groups, topology.groups);
+    const std::string text = obj_text(two, "");
+    EXPECT_NE(text.find("o crate\n"), std::string::npos);
+    EXPECT_NE(text.find("o crate.1\n"), std::string::npos);
 }
 
 TEST(Merge, MissingColoursAreThoseOfMaterialsAndMissingAttributesZero)
