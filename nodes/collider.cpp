@@ -82,7 +82,8 @@ static Obstacle make_obstacle(const Inputs& in)
         return out;
     }
     auto topology = std::make_shared<geometry::MeshTopology>();
-    topology->triangles = turns ? std::move(wound.triangles) : mesh.triangles();
+    topology->triangles = mesh.triangles();
+    if (turns) topology->triangles = std::move(wound.triangles);
     geometry::TriMesh mended;
     mended.topology = std::move(topology);
     mended.positions = mesh.positions;

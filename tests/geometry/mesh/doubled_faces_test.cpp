@@ -45,7 +45,7 @@ Faces two_sided(Faces faces)
 std::vector<Vec3f> box_corners(float bend = 0)
 {
     std::vector<Vec3f> out;
-    for (int i = 0; i < 8; ++i) out.emplace_back(float(i / 4), float(i / 2 % 2), float(i % 2));
+    for (int i = 0; i < 8; ++i) out.emplace_back(float(i >> 2), float(i >> 1 & 1), float(i & 1));
     out[7] += Vec3f(bend, bend / 2, 0);
     return out;
 }
