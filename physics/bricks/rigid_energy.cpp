@@ -112,9 +112,12 @@ void add_work(const Stage& stage, const Aligned<double>& x0, const Aligned<doubl
               RigidGroups& groups)
 {
     const StepFrame& frame = stage.frame;
-    Aligned<double> middle = x0;
-    for (std::size_t i = 0; i < middle.size(); ++i) middle[i] += 0.5 * (x[i] - x0[i]);
-    const Aligned<double> more = radial_beyond_stage(stage, middle);
+    Aligned<double> more;
+    if (!stage.radial.empty()) {
+        Aligned<double> middle = x0;
+        for (std::size_t i = 0; i < middle.size(); ++i) middle[i] += 0.5 * (x[i] - x0[i]);
+        more = radial_beyond_stage(stage, middle);
+    }
     for (std::size_t k = 0; k < frame.body.corners; ++k) {
         const auto part = frame.body.part_of(k);
         if (!groups.keeps(part)) continue;

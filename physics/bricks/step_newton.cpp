@@ -56,7 +56,7 @@ void fall(Stage& stage)
 void add_following(Stage& stage)
 {
     const StepFrame& frame = stage.frame;
-    if (!frame.windy) return;
+    if (frame.following.empty() && stage.radial.empty()) return;
     Aligned<double> ahead = stage.x0;
     for (std::size_t k = 0; k < frame.n; k += 4) {
         const double* const base = stage.base.empty() ? nullptr : &stage.base[k];

@@ -211,7 +211,7 @@ void add_fields(const LayeredScene& scene, const LayeredMoment& moment,
             add_point(scene, moment, force, system);
             break;
         case Force::Kind::radial:
-            break;
+            break;  // add_radial_fields()
         case Force::Kind::torque:
         case Force::Kind::pressure:
             break;  // refused before

@@ -1,4 +1,4 @@
-// Objects of a file stay apart whatever they are named, and what is no mesh file is told.
+// Objects of a file stay apart whatever they are named.
 
 #include "geometry/io/assemble_mesh.hpp"
 #include "geometry/io/read_mesh.hpp"
@@ -64,28 +64,6 @@ TEST(NamesOfGroups, NodesOfOneNameAreGroupsOfTheirOwnAndMeshesOfOneNodeAreOne)
     options.weld = Weld::groups;
     EXPECT_EQ(assemble_mesh(scene_of({{"leg", 1}, {"leg", 2}}), options).mesh.positions.size(), 6u);
     EXPECT_EQ(assemble_mesh(scene_of({{"", 1}, {"", 2}})).mesh.topology->groups, Names{"triangle"});
-}
-
-std::string error_of(const files::fs::path& path)
-{
-    try {
-        read_mesh(path);
-        return "";
-    } catch (const std::runtime_error& error) {
-        return error.what();
-    }
-}
-
-TEST(NamesOfGroups, AFormatThatIsNotReadAndAPointerInPlaceOfAFileAreTold)
-{
-    const files::Folder folder;
-    const auto shot = folder.write("shot.abc", "Ogawa and so on");
-    EXPECT_EQ(error_of(shot), shot.string() + " is of a format that is not read: export it as "
-                                              "glTF, FBX, PLY or OBJ");
-    const auto chair = folder.write("chair.glb", "version https://git-lfs.github.com/spec/v1\n"
-                                                 "oid sha256:00\nsize 132\n");
-    EXPECT_EQ(error_of(chair), chair.string() + " is a pointer of Git LFS in place of the file: "
-                                                "fetch the file with 'git lfs pull'");
 }
 
 }  // namespace

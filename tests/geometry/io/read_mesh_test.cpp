@@ -547,4 +547,16 @@ TEST(ReadMesh, TheSharedBridgeInCentimetres)
     EXPECT_NEAR(bounds(read.mesh).size().y(), 0.025, 1e-3);
 }
 
+TEST(ReadMesh, AFormatThatIsNotReadAndAPointerInPlaceOfAFileAreTold)
+{
+    const files::Folder folder;
+    const auto shot = folder.write("shot.abc", "Ogawa and so on");
+    EXPECT_EQ(read_error(shot), shot.string() + " is of a format that is not read: export it as "
+                                                "glTF, FBX, PLY or OBJ");
+    const auto chair = folder.write("chair.glb", "version https://git-lfs.github.com/spec/v1\n"
+                                                 "oid sha256:00\nsize 132\n");
+    EXPECT_EQ(read_error(chair), chair.string() + " is a pointer of Git LFS in place of the file: "
+                                                  "fetch the file with 'git lfs pull'");
+}
+
 }  // namespace
