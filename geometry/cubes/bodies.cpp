@@ -1,88 +1,31 @@
 #include "geometry/cubes/bodies.hpp"
 
 #include "geometry/base/no_index.hpp"
-#include "geometry/base/stop.hpp"
 #include "geometry/base/union_find.hpp"
 #include "geometry/mesh/mesh.hpp"
+#include "geometry/mesh/nested_pieces.hpp"
 #include "geometry/mesh/pieces.hpp"
-#include "geometry/mesh/split.hpp"
-#include "geometry/mesh/triangle_bvh.hpp"
 
 #include <algorithm>
-#include <memory>
 #include <numeric>
 #include <tuple>
 
 namespace geometry {
 namespace {
 
-std::vector<Box> boxes_of(const TriMesh& mesh, const Pieces& pieces)
+// Joins hollows to what they are in: pieces wound against the solid around them, whether or not all
+// of the model is mirrored.
+void join_hollows(const TriMesh& mesh, const Pieces& pieces, UnionFind& sets)
 {
-    std::vector<Box> out(pieces.count());
-    for (std::size_t t = 0; t < pieces.of.size(); ++t) {
-        if (pieces.of[t] == no_index) continue;
-        for (const auto v : mesh.triangles()[t]) {
-            out[pieces.of[t]].add(mesh.positions[v].cast<double>());
-        }
-    }
-    return out;
-}
-
-double volume(const Box& box)
-{
-    return (box.hi - box.lo).prod();
-}
-
-bool holds(const Box& outer, const Box& inner)
-{
-    return (outer.lo.array() <= inner.lo.array()).all() &&
-           (inner.hi.array() <= outer.hi.array()).all();
-}
-
-// Looks up which closed pieces hold a place, by trees that are made when they are asked for.
-class Insides {
-public:
-    Insides(const TriMesh& mesh, const Pieces& pieces) : mesh_(mesh), pieces_(pieces) {}
-
-    bool inside(std::uint32_t piece, const Vec3& place)
-    {
-        if (parts_.empty()) {
-            parts_ = split(mesh_, pieces_.of, pieces_.count());
-            trees_.resize(parts_.size());
-        }
-        if (!trees_[piece]) trees_[piece] = std::make_unique<TriangleBvh>(parts_[piece].mesh);
-        return trees_[piece]->inside(place);
-    }
-
-private:
-    const TriMesh& mesh_;
-    const Pieces& pieces_;
-    std::vector<SplitMesh> parts_;
-    std::vector<std::unique_ptr<TriangleBvh>> trees_;
-};
-
-// Joins cavities to what they are in. Only pieces that enclose something can hold one.
-void join_cavities(const TriMesh& mesh, const Pieces& pieces, UnionFind& sets)
-{
-    std::vector<std::uint32_t> cavities, solids;
+    bool any_out = false, any_in = false;
     for (std::uint32_t p = 0; p < pieces.count(); ++p) {
         if (pieces.encloses[p] == 0) continue;
-        (pieces.volume[p] < 0 ? cavities : solids).push_back(p);
+        (pieces.volume[p] < 0 ? any_in : any_out) = true;
     }
-    if (cavities.empty() || solids.empty()) return;
-    const std::vector<Box> boxes = boxes_of(mesh, pieces);
-    std::stable_sort(solids.begin(), solids.end(), [&](std::uint32_t a, std::uint32_t b) {
-        return volume(boxes[a]) < volume(boxes[b]);
-    });
-    Insides insides(mesh, pieces);
-    for (const auto cavity : cavities) {
-        stop_if_asked();
-        const std::uint32_t v = mesh.triangles()[pieces.first[cavity]][0];
-        const Vec3 place = mesh.positions[v].cast<double>();
-        const auto around = std::find_if(solids.begin(), solids.end(), [&](std::uint32_t solid) {
-            return holds(boxes[solid], boxes[cavity]) && insides.inside(solid, place);
-        });
-        if (around != solids.end()) sets.join(cavity, *around);
+    if (!any_out || !any_in) return;  // they would all be wound as what is around them
+    for (const NestedPiece& nested : nested_pieces(mesh, pieces)) {
+        if (nested.winding == 0 || is_wound_as_around(pieces, nested)) continue;
+        sets.join(nested.piece, nested.around);
     }
 }
 
@@ -171,7 +114,7 @@ FaceBodies bodies_of_pieces(const TriMesh& mesh)
 {
     const Pieces pieces = find_pieces(mesh);
     UnionFind sets(pieces.count());
-    join_cavities(mesh, pieces, sets);
+    join_hollows(mesh, pieces, sets);
     return numbered(pieces, sets);
 }
 
@@ -179,7 +122,7 @@ FaceBodies bodies_of_groups(const TriMesh& mesh)
 {
     const Pieces pieces = find_pieces(mesh);
     UnionFind sets(pieces.count());
-    join_cavities(mesh, pieces, sets);
+    join_hollows(mesh, pieces, sets);
     const MeshTopology& topology = *mesh.topology;
     std::vector<std::uint32_t> first(std::max<std::size_t>(1, topology.groups.size()), no_index);
     for (std::size_t t = 0; t < pieces.of.size(); ++t) {

@@ -15,8 +15,8 @@ struct FaceBodies {
     std::size_t count = 0;
 };
 
-// Each piece of the mesh (mesh/pieces.hpp) is a body. A closed piece whose faces look inward is a
-// cavity: of the body of the smallest closed piece, by its box, that it is in.
+// Each piece of the mesh (mesh/pieces.hpp) is a body. A closed piece that is wound against the
+// solid around it bounds a hollow: it is of the body of the smallest piece around it.
 FaceBodies bodies_of_pieces(const TriMesh& mesh);
 
 // The same, where pieces that have faces of one group are one body.

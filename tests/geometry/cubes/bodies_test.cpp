@@ -161,6 +161,29 @@ TEST(Bodies, ACavityIsOfWhatIsAroundIt)
     EXPECT_NEAR(total_mass(cubes_of(hollow, bodies)), 1000 * (64 + 64 - 8), 1e-6);
 }
 
+TEST(Bodies, AHollowOfAMirroredModelIsOfWhatIsAroundIt)
+{
+    const TriMesh stone = box_at({3, 3, 3}, {5, 5, 5});  // lies in the hollow
+    const TriMesh hollow = merged(
+        {box_at({0, 0, 0}, {8, 8, 8}), turned_inside_out(box_at({1, 1, 1}, {7, 7, 7})), stone});
+    for (const TriMesh& mesh : {hollow, turned_inside_out(hollow)}) {
+        const FaceBodies bodies = bodies_of_pieces(mesh);
+        EXPECT_EQ(bodies.count, 2u);
+        EXPECT_EQ(bodies.of[0], bodies.of[12]);
+        EXPECT_NE(bodies.of[0], bodies.of[24]);
+        EXPECT_NEAR(total_mass(cubes_of(mesh, bodies)), 1000 * (512 - 216 + 8), 1e-6);
+    }
+}
+
+TEST(Bodies, WhatIsWoundAsTheSolidAroundItIsABodyOfItsOwn)
+{
+    const TriMesh nested = merged({box_at({0, 0, 0}, {8, 8, 8}), box_at({2, 2, 2}, {6, 6, 6}),
+                                   turned_inside_out(box_at({3, 3, 3}, {5, 5, 5}))});
+    const FaceBodies bodies = bodies_of_pieces(nested);
+    EXPECT_EQ(bodies.count, 2u);
+    EXPECT_EQ(bodies.of[12], bodies.of[24]) << "the hollow is of the smallest piece around it";
+}
+
 TEST(Bodies, WhatFacesInwardBesideASolidIsABodyOfItsOwn)
 {
     // In the notch of an L, within its box.
