@@ -18,6 +18,7 @@ struct Placed {
     std::uint16_t kind = 0;
     bool forward = true;
     std::uint32_t triangle = 0;
+    std::uint32_t face = 0;  // by its places alone, in the order of those
 
     bool operator<(const Placed& o) const
     {
@@ -59,48 +60,77 @@ bool has_both_ways(Group group)
     return group.front().forward != group.back().forward;
 }
 
-// Pieces, by the first place of each vertex's: all of whose triangles have one against them, so
-// that they are surfaces with two sides; `plain`: the others.
+// Numbers the faces; how many there are, and whether one of them has a back.
+std::pair<std::uint32_t, bool> number_faces(std::vector<Placed>& all)
+{
+    std::uint32_t faces = 0;
+    bool any_back = false;
+    for (std::size_t i = 0; i < all.size(); ++i) {
+        const bool next = i == 0 || all[i].places != all[i - 1].places;
+        faces += next ? 1 : 0;
+        any_back |= !next && all[i].forward != all[i - 1].forward;
+        all[i].face = faces - 1;
+    }
+    return {faces, any_back};
+}
+
+struct FaceEdge {
+    std::uint32_t a, b, face;
+
+    bool operator<(const FaceEdge& o) const
+    {
+        return std::tie(a, b, face) < std::tie(o.a, o.b, o.face);
+    }
+};
+
+std::vector<FaceEdge> sorted_edges(const std::vector<Placed>& all)
+{
+    std::vector<FaceEdge> edges;
+    for_each_group(all, false, [&](Group group) {
+        const auto& [a, b, c] = group.front().places;  // ascending
+        const std::uint32_t face = group.front().face;
+        edges.insert(edges.end(), {{a, b, face}, {b, c, face}, {a, c, face}});
+    });
+    std::sort(edges.begin(), edges.end());
+    return edges;
+}
+
+// Pieces of faces that share edges, by the number of each face's. `plain`: those that are not
+// two-sided, as some of their triangles have none against them. `open`: those with a border, an
+// edge of one face.
 struct TwoSided {
     std::vector<std::uint32_t> piece;
     std::vector<std::uint8_t> plain, open;
 
-    std::uint32_t of(const Placed& p) const { return piece[p.places[0]]; }
+    std::uint32_t of(const Placed& p) const { return piece[p.face]; }
 };
 
-TwoSided find_two_sided(const std::vector<Placed>& all, std::size_t vertices)
+TwoSided one_plain_piece(std::uint32_t faces)
 {
-    UnionFind joined(vertices);
-    for (const Placed& p : all) {
-        joined.join(p.places[0], p.places[1]);
-        joined.join(p.places[0], p.places[2]);
+    return {std::vector<std::uint32_t>(faces, 0), {1}, {0}};
+}
+
+TwoSided find_two_sided(const std::vector<Placed>& all, std::uint32_t faces)
+{
+    const std::vector<FaceEdge> edges = sorted_edges(all);
+    UnionFind joined(faces);
+    const auto same = [](const FaceEdge& e, const FaceEdge& f) { return e.a == f.a && e.b == f.b; };
+    for (std::size_t i = 1; i < edges.size(); ++i) {
+        if (same(edges[i - 1], edges[i])) joined.join(edges[i - 1].face, edges[i].face);
     }
     TwoSided out;
     out.piece = joined.roots();
-    out.plain.assign(out.piece.size(), 0);
-    out.open.assign(out.piece.size(), 0);
+    out.plain.assign(faces, 0);
+    out.open.assign(faces, 0);
     for_each_group(all, true, [&](Group group) {
         if (!has_both_ways(group)) out.plain[out.of(group.front())] = 1;
     });
-    return out;
-}
-
-// Of two-sided pieces, finds those whose one side has a border: an edge of an odd number of
-// triangles.
-void find_open_ones(const std::vector<Placed>& all, TwoSided& pieces)
-{
-    std::vector<std::array<std::uint32_t, 2>> edges;
-    for_each_group(all, false, [&](Group group) {
-        if (pieces.plain[pieces.of(group.front())] != 0) return;
-        const auto& [a, b, c] = group.front().places;  // ascending
-        edges.insert(edges.end(), {{a, b}, {b, c}, {a, c}});
-    });
-    std::sort(edges.begin(), edges.end());
-    for (std::size_t i = 0, end = 0; i < edges.size(); i = end) {
-        end = i + 1;
-        while (end < edges.size() && edges[end] == edges[i]) ++end;
-        if ((end - i) % 2 != 0) pieces.open[pieces.piece[edges[i][0]]] = 1;
+    for (std::size_t i = 0; i < edges.size(); ++i) {
+        const bool alone = (i == 0 || !same(edges[i - 1], edges[i])) &&
+                           (i + 1 == edges.size() || !same(edges[i], edges[i + 1]));
+        if (alone) out.open[out.piece[edges[i].face]] = 1;
     }
+    return out;
 }
 
 // Of triangles in the same places and of one kind the first stays.
@@ -149,8 +179,8 @@ DoubledFaces doubled_faces(const TriMesh& mesh, std::span<const std::uint16_t> k
     }
     std::sort(all.begin(), all.end());
     stop_if_asked();
-    TwoSided pieces = find_two_sided(all, count);
-    find_open_ones(all, pieces);
+    const auto [faces, any_back] = number_faces(all);
+    const TwoSided pieces = any_back ? find_two_sided(all, faces) : one_plain_piece(faces);
     for_each_group(all, true, [&](Group group) { mark(group, pieces, out.is); });
     return out;
 }

@@ -43,7 +43,7 @@ struct DoubledFaces {
     std::vector<Doubled> is;  // F
 };
 
-// `kind`: F, or empty where all are alike. A piece is what hangs together by places.
+// `kind`: F, or empty where all are alike. A piece is what hangs together by edges.
 DoubledFaces doubled_faces(const TriMesh& mesh, std::span<const std::uint16_t> kind = {});
 
 // How many triangles are backs in a sheet.

@@ -181,6 +181,40 @@ TEST(DoubledFaces, OfASheetOneSideStays)
     EXPECT_EQ(volume_inside(mesh, Inside::winding), 0);
 }
 
+// A flag of two sides, which touches a box of one at a corner.
+TEST(DoubledFaces, AtOneVertexTwoSidesDoNotJoinOne)
+{
+    std::vector<Vec3f> positions = box_corners();
+    for (const Vec3f& p : {Vec3f(2, 2, 1), Vec3f(2, 1, 1)}) positions.push_back(p);
+    Faces faces = two_sided({{7, 8, 9}});
+    faces.insert(faces.end(), box_quads.begin(), box_quads.end());
+    const TriMesh mesh = of_polygons(positions, faces);
+    EXPECT_EQ(count(doubled_faces(mesh), Doubled::sheet_back), 1u);
+    EXPECT_EQ(count(doubled_faces(mesh), Doubled::no), 13u);
+}
+
+TEST(DoubledFaces, TwoRoomsOfTwoSidedWallsAreSolid)
+{
+    std::vector<Vec3f> positions = box_corners();
+    for (const int i : {4, 5, 6, 7})
+        positions.push_back(positions[std::size_t(i)] + Vec3f(1, 0, 0));
+    Faces walls = box_quads;
+    for (const auto& quad : box_quads) {
+        if (quad == box_quads[0]) continue;  // the wall between them is there already
+        std::vector<std::uint32_t> next;
+        for (const auto v : quad) next.push_back(v + 4);
+        walls.push_back(next);
+    }
+    for (const bool backs_first : {false, true}) {
+        Faces faces = two_sided(walls);
+        if (backs_first)
+            std::rotate(faces.begin(), faces.begin() + long(walls.size()), faces.end());
+        const TriMesh mesh = of_polygons(positions, faces);
+        EXPECT_EQ(count(doubled_faces(mesh), Doubled::solid_back), 22u);
+        EXPECT_NEAR(volume_inside(mesh, Inside::winding), 2, 1e-2);
+    }
+}
+
 TEST(DoubledFaces, AWallBetweenTwoBoxesIsThereTwice)
 {
     const TriMesh left = box({1, 1, 1}, {1, 1, 1}), right = meshes::moved(left, {1, 0, 0});
