@@ -38,7 +38,7 @@ vec2 light_reaching(vec2 at, float depth, vec3 p, vec3 n)
 #if IN_SHADOW == 1
     // Where the four do not agree, a sharp shadow's edge runs between them, and where none is of this
     // place, they know nothing of its light: it is found right here.
-    float edge = smoothstep(0.1, 0.3, high - low) * (1.0 - smoothstep(4.0, 8.0, sharpest));
+    float edge = smoothstep(0.02, 0.1, high - low) * (1.0 - smoothstep(4.0, 8.0, sharpest));
     const bool glass = GLASS == 1;
     if (glass) edge = 0.0;  // shadow.frag's squares of texels would show there
     if (low > high) edge = 1.0, sharpest = sharpest_near < WIDEST ? sharpest_near : 0.0;
@@ -46,10 +46,10 @@ vec2 light_reaching(vec2 at, float depth, vec3 p, vec3 n)
     bool wanted = edge > 0.0 && to_light.w > 0.0 && dot(n, to_light.xyz) > 0.0;
     Mapped mapped = mapped_to(p, n);
     // Beside the map is nothing that casts a shadow, as in seen.frag.
-    wanted = wanted && on_map(mapped.at);
-    float lit = glass && wanted ? lit_phases(mapped, half_width, vec2(1.0, 0.0))
-                      : lit_places(mapped, half_width, vec2(1.0, 0.0), 16 / SAMPLES, wanted);
-    if (wanted) reach.x = mix(reach.x, lit, edge);
+    bool mapped_here = wanted && on_map(mapped.at);
+    float lit = glass && mapped_here ? lit_phases(mapped, half_width, vec2(1.0, 0.0))
+                      : lit_places(mapped, half_width, vec2(1.0, 0.0), 16 / SAMPLES, mapped_here);
+    if (wanted) reach.x = mix(reach.x, mapped_here ? lit : 1.0, edge);
 #endif
 #if FAR == 1
     reach.x *= far_share(p, n);

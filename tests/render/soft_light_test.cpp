@@ -317,6 +317,46 @@ TEST(SoftLight, AShadowOfTwoRowsIsNotDotted)
     EXPECT_EQ(wrong, 0);
 }
 
+// A leg on the floor. Its shadow ends where the shadow map does, which fits what casts it: beyond
+// that edge the floor is lit evenly. Down each column it only becomes brighter.
+TEST(SoftLight, BesideTheShadowMapTheFloorIsLit)
+{
+    int crossed = 0, dips = 0;
+    for (const double azimuth : {-0.9, 0.75}) {
+        Scene scene;
+        TriMesh leg = geometry::box({0.1, 0.7, 0.1}, {1, 1, 1});
+        for (Vec3f& p : leg.positions) p.y() += 0.35f;
+        geometry::compute_normals(leg, 0.5);
+        scene.surfaces = {surface(std::move(leg))};
+        scene.ground = 0;
+        scene.stage = box_about_origin(0.7);
+        Look look = soft_look(300);
+        look.light_azimuth = azimuth * std::numbers::pi;
+        look.light_elevation = 50 * std::numbers::pi / 180;
+        look.light_size = 0.5 * std::numbers::pi / 180;
+        look.occlusion = 0;
+        const Camera camera{{0.9, 1.6, 2.2}, {0.15, 0, 0}, {0, 1, 0}, 2 * std::atan(0.25)};
+        const Image image = render::draw(scene, camera, look);
+        const auto bright = [&](int x, int y) { return int(pixel(image, x, y)[1]); };
+        for (int x = 20; x < 280; ++x) {
+            int darkest = 299;
+            for (int y = 299; y >= 0; --y) {
+                if (bright(x, y) < bright(x, darkest)) darkest = y;
+            }
+            if (bright(x, darkest) > 0.8 * bright(x, 299)) continue;
+            ++crossed;
+            int most = 0, dip = 0;
+            for (int y = darkest; y < 300; ++y) {
+                most = std::max(most, bright(x, y));
+                dip = std::max(dip, most - bright(x, y));
+            }
+            dips += dip > 6 ? 1 : 0;
+        }
+    }
+    EXPECT_GT(crossed, 100);
+    EXPECT_EQ(dips, 0);
+}
+
 // A ball with a card's shadow on the floor, and another ball, or none, 100 m away.
 TEST(SoftLight, TheShadowStaysAsFineAsItIsWhateverFliesFarAway)
 {
