@@ -76,7 +76,7 @@ std::array<BrickMatrix, 3> stiffness_parts(double h, BrickElement element)
 }  // namespace
 
 BrickElasticity::BrickElasticity(const BricksBody& body)
-    : body_(body), quaternion_(body.layout.blocks() * 4 * block_lanes),
+    : body_(body), quaternion_(body.layout.blocks() * 4 * block_lanes, 0),
       rotation_(body.layout.blocks() * 9 * block_lanes),
       rotation_low_(body.layout.blocks() * 9 * block_lanes), weighted_(body.stiffness.size()),
       weighted_low_(body.stiffness.size()), excess_(body.excess.size()),
@@ -171,8 +171,8 @@ void BrickElasticity::weigh(double stiffness, double damping)
             weighted_low_[row + lane] = static_cast<float>(k);
         }
     }
-    own_weight_.resize(body_.own.blocks * block_lanes);
-    own_weight_low_.resize(own_weight_.size());
+    own_weight_.resize(body_.own.blocks * block_lanes, 0);
+    own_weight_low_.resize(own_weight_.size(), 0);
     for (std::size_t block = 0; block < body_.own.at.size(); ++block) {
         if (body_.own.at[block] == no_index) continue;
         for (std::size_t lane = 0; lane < block_lanes; ++lane) {
@@ -366,7 +366,7 @@ double BrickElasticity::prepare_inverse(double stiffness, double damping,
 void BrickElasticity::apply_inverse(const float* r, float* z)
 {
     const std::size_t k_end = body_.base.corners;
-    turned_.resize(body_.base.numbers);
+    turned_.resize(body_.base.numbers, 0);
     solved_.assign(body_.base.numbers, 0);
     for (std::size_t k = 0; k < k_end; ++k) {
         const float *m = &rotation_low_[body_.turns_with[k]], *from = r + 4 * k;
@@ -403,13 +403,32 @@ double BrickElasticity::prepare_coarse(double stiffness, double damping,
     multigrid_ = body_.multigrids->find({stiffness, damping, mass, held}, [&] {
         return make_multigrid(stiffness, damping, mass, held);
     });
+    turn_corners();
     return body_.largest_eigenvalue;
+}
+
+// Gathers the rotations that corners turn with.
+void BrickElasticity::turn_corners()
+{
+    const auto& slot = body_.base.slot;
+    corner_turns_.resize(12 * slot.size());
+    geometry::parallel_for(slot.size(), 4096, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t k = begin; k < end; ++k) {
+            const float* const m = &rotation_low_[body_.turns_with[slot[k]]];
+            float* const rows = &corner_turns_[12 * k];
+            for (std::size_t i = 0; i < 3; ++i) {
+                for (std::size_t j = 0; j < 3; ++j) {
+                    rows[4 * i + j] = m[(3 * i + j) * block_lanes];
+                }
+                rows[4 * i + 3] = 0;
+            }
+        }
+    });
 }
 
 void BrickElasticity::add_coarse(const float* r, float* z)
 {
-    multigrid_->correct(r, z, body_.base.slot.data(),
-                        {rotation_low_.data(), body_.turns_with.data()}, multigrid_work_);
+    multigrid_->correct(r, z, body_.base.slot.data(), corner_turns_.data(), multigrid_work_);
 }
 
 void BrickElasticity::load_rotations(const std::vector<float>& from)

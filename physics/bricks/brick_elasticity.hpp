@@ -76,6 +76,7 @@ private:
     // bodies fill-in grows faster than the iterations that it spares.
     FactorCache::Factor make_factor(double stiffness, double damping,
                                     const std::vector<double>& mass, const HeldCorners& held) const;
+    void turn_corners();
     MultigridCache::Factor make_multigrid(double stiffness, double damping,
                                           const std::vector<double>& mass,
                                           const HeldCorners& held) const;
@@ -101,6 +102,7 @@ private:
     Aligned<double> held_;         // B x 16, 1: held; empty: none is
     Aligned<double> rotation_;     // B x 9 x 16
     Aligned<float> rotation_low_;  // B x 9 x 16
+    Aligned<float> corner_turns_;  // K x 12, CornerTurns, as the multigrid was asked for
     Aligned<double> weighted_;     // B x 3 x 16
     Aligned<float> weighted_low_;  // B x 3 x 16
     Aligned<double> own_weight_;   // own blocks x 16

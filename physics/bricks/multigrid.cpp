@@ -2,7 +2,6 @@
 
 #include "geometry/base/parallel.hpp"
 #include "geometry/base/random.hpp"
-#include "physics/bricks/brick_layout.hpp"
 #include "physics/math/dense_columns.hpp"
 
 #include <algorithm>
@@ -26,130 +25,7 @@ constexpr std::size_t rows_of(std::size_t n)
     return (n + 15) / 16 * 16;
 }
 
-// Six numbers with room for eight: t at 0, w at 4.
-struct Motion {
-    float at[8] = {};
-
-    void add(float weight, const Motion& from)
-    {
-        for (std::size_t i = 0; i < 8; ++i) at[i] += weight * from.at[i];
-    }
-    static Motion load(const float* six)
-    {
-        return {{six[0], six[1], six[2], 0, six[3], six[4], six[5], 0}};
-    }
-};
-
-// t += sign (w x d), and its transpose, w += sign (d x t).
-void move_motion(float sign, float x, float y, float z, Motion& m)
-{
-    float *t = m.at, *w = m.at + 4;
-    t[0] += sign * (w[1] * z - w[2] * y);
-    t[1] += sign * (w[2] * x - w[0] * z);
-    t[2] += sign * (w[0] * y - w[1] * x);
-}
-void move_force(float sign, float x, float y, float z, Motion& m)
-{
-    float *t = m.at, *w = m.at + 4;
-    w[0] += sign * (y * t[2] - z * t[1]);
-    w[1] += sign * (z * t[0] - x * t[2]);
-    w[2] += sign * (x * t[1] - y * t[0]);
-}
-
-// Trilinear weights of all places in a cell.
-struct PlaceWeights {
-    explicit PlaceWeights(int ratio) : edge(ratio + 1)
-    {
-        for (int z = 0; z < edge; ++z)
-            for (int y = 0; y < edge; ++y)
-                for (int x = 0; x < edge; ++x) {
-                    std::array<float, 8> w;
-                    for (unsigned a = 0; a < 8; ++a) {
-                        const auto part = [&](int at, unsigned bit) {
-                            return a >> bit & 1 ? float(at) / float(ratio)
-                                                : 1 - float(at) / float(ratio);
-                        };
-                        w[a] = part(x, 0) * part(y, 1) * part(z, 2);
-                    }
-                    of.push_back(w);
-                }
-    }
-    const std::array<float, 8>& at(const Vec3i& place) const
-    {
-        return of[std::size_t((place.z() * edge + place.y()) * edge + place.x())];
-    }
-
-    int edge;
-    std::vector<std::array<float, 8>> of;
-};
-
-constexpr std::size_t cells_a_run = 64, nodes_a_run = 128;
-
-// by_node = P^T of forces on corners: read(k) gives them, w included, as Motion.
-template <class Read>
-void restrict_to(const CoarseGrid& grid, std::span<const Vec3i> corner, const Read& read,
-                 Aligned<float>& by_cell, Aligned<float>& by_node)
-{
-    const PlaceWeights weights(grid.ratio);
-    const float unit = 1 / static_cast<float>(grid.ratio);
-    by_cell.resize(48 * grid.cell.size());
-    geometry::parallel_for(grid.cell.size(), cells_a_run, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t c = begin; c < end; ++c) {
-            std::array<Motion, 8> sum{};
-            for (const auto k : grid.corners.of(c)) {
-                const Vec3i place = place_in_cell(corner[k], grid.cell[c], grid.ratio);
-                Motion force = read(k);
-                move_force(1, unit * float(place.x()), unit * float(place.y()),
-                           unit * float(place.z()), force);
-                const auto& w = weights.at(place);
-                for (std::size_t a = 0; a < 8; ++a) sum[a].add(w[a], force);
-            }
-            for (std::size_t a = 0; a < 8; ++a) {
-                move_force(-1, float(a & 1), float(a >> 1 & 1), float(a >> 2), sum[a]);
-                float* to = &by_cell[48 * c + 6 * a];
-                std::copy(sum[a].at, sum[a].at + 3, to);
-                std::copy(sum[a].at + 4, sum[a].at + 7, to + 3);
-            }
-        }
-    });
-    by_node.resize(6 * grid.node.size());
-    geometry::parallel_for(grid.node.size(), nodes_a_run, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t n = begin; n < end; ++n) {
-            float sum[6] = {};
-            for (const auto share : grid.shares.of(n)) {
-                for (std::size_t i = 0; i < 6; ++i) sum[i] += by_cell[6 * std::size_t{share} + i];
-            }
-            std::copy(sum, sum + 6, &by_node[6 * n]);
-        }
-    });
-}
-
-// add(k, motion) with P of the nodes' motions.
-template <class Add>
-void prolong(const CoarseGrid& grid, std::span<const Vec3i> corner, const float* by_node,
-             const Add& add)
-{
-    const PlaceWeights weights(grid.ratio);
-    const float unit = 1 / static_cast<float>(grid.ratio);
-    geometry::parallel_for(grid.cell.size(), cells_a_run, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t c = begin; c < end; ++c) {
-            std::array<Motion, 8> nodes;
-            for (std::size_t a = 0; a < 8; ++a) {
-                nodes[a] = Motion::load(by_node + 6 * std::size_t{grid.nodes[c][a]});
-                move_motion(-1, float(a & 1), float(a >> 1 & 1), float(a >> 2), nodes[a]);
-            }
-            for (const auto k : grid.corners.of(c)) {
-                const Vec3i place = place_in_cell(corner[k], grid.cell[c], grid.ratio);
-                const auto& w = weights.at(place);
-                Motion sum;
-                for (std::size_t a = 0; a < 8; ++a) sum.add(w[a], nodes[a]);
-                move_motion(1, unit * float(place.x()), unit * float(place.y()),
-                            unit * float(place.z()), sum);
-                add(k, sum);
-            }
-        }
-    });
-}
+constexpr std::size_t nodes_a_run = 128;
 
 // y = A x of a node's near ones, and what each makes of it: each(n, y).
 template <class Each>
@@ -419,60 +295,24 @@ void Multigrid::cycle(std::size_t l, Work& work) const
     take_product(level, at);
     if (l + 1 < levels_.size()) {
         const CoarseGrid& grid = levels_[l + 1].grid;
-        const float unit = 1 / static_cast<float>(grid.ratio);
         Work::Level& below = work.levels[l + 1];
-        const auto read = [&](std::uint32_t k) {
-            Motion m = Motion::load(&at.r[6 * std::size_t{k}]);
-            for (std::size_t i = 4; i < 7; ++i) m.at[i] *= unit;
-            return m;
-        };
-        restrict_to(grid, level.grid.node, read, below.by_cell, below.r);
+        restrict_nodes(grid, level.grid.node, at.r.data(), below.by_cell, below.r);
         cycle(l + 1, work);
-        prolong(grid, level.grid.node, below.z.data(), [&](std::uint32_t k, const Motion& m) {
-            for (std::size_t i = 0; i < 3; ++i) {
-                const std::size_t t = 6 * std::size_t{k} + i, w = t + 3;
-                at.d[t] = m.at[i], at.d[w] = unit * m.at[4 + i];
-                at.z[t] += at.d[t], at.z[w] += at.d[w];
-            }
-        });
+        prolong_nodes(grid, level.grid.node, below.z.data(), at.d.data(), at.z.data());
         take_product(level, at);
     }
     smooth(level, at);
 }
 
-void Multigrid::correct(const float* r, float* z, const std::uint32_t* slot,
-                        const CornerTurns& turns, Work& work) const
+void Multigrid::correct(const float* r, float* z, const std::uint32_t* slot, CornerTurns turns,
+                        Work& work) const
 {
     work.levels.resize(levels_.size());
     Work::Level& below = work.levels[0];
-    restrict_to(
-        levels_[0].grid, corner_,
-        [&](std::uint32_t k) {
-            const float* from = r + 4 * std::size_t{slot[k]};
-            if (!turns.rotation) return Motion{{from[0], from[1], from[2]}};
-            const float* m = turns.rotation + turns.at[slot[k]];
-            Motion out;
-            for (std::size_t i = 0; i < 3; ++i) {
-                out.at[i] = m[i * block_lanes] * from[0] + m[(3 + i) * block_lanes] * from[1] +
-                            m[(6 + i) * block_lanes] * from[2];
-            }
-            return out;
-        },
-        below.by_cell, below.r);
+    const CoarseGrid& grid = levels_[0].grid;
+    restrict_corners(grid, corner_, r, slot, turns, below.by_cell, below.r);
     cycle(0, work);
-    prolong(levels_[0].grid, corner_, below.z.data(), [&](std::uint32_t k, const Motion& motion) {
-        float* to = z + 4 * std::size_t{slot[k]};
-        const float* t = motion.at;
-        if (!turns.rotation) {
-            for (std::size_t i = 0; i < 3; ++i) to[i] += t[i];
-            return;
-        }
-        const float* m = turns.rotation + turns.at[slot[k]];
-        for (std::size_t i = 0; i < 3; ++i) {
-            to[i] += m[3 * i * block_lanes] * t[0] + m[(3 * i + 1) * block_lanes] * t[1] +
-                     m[(3 * i + 2) * block_lanes] * t[2];
-        }
-    });
+    prolong_corners(grid, corner_, below.z.data(), slot, turns, z);
 }
 
 std::size_t Multigrid::bytes() const

@@ -15,16 +15,10 @@
 // from any number of threads: every sum has one owner and one order.
 
 #include "physics/bricks/coarse_energy.hpp"
+#include "physics/bricks/coarse_transfer.hpp"
 #include "physics/math/aligned_memory.hpp"
 
 namespace physics {
-
-// Corners that turn with the material: the rotation of slot k is the rows
-// rotation[at[k] + 16 i], i = 0..8.
-struct CornerTurns {
-    const float* rotation = nullptr;  // null: none turns
-    const std::uint32_t* at = nullptr;
-};
 
 // Coefficients of a Chebyshev polynomial in steps: d = by_last d + by_rest D^-1 r, x += d.
 struct ChebyshevStep {
@@ -49,7 +43,7 @@ public:
     };
 
     // z += P A_c^-1 P^T r, about: four numbers a slot, slot[corner] for each corner.
-    void correct(const float* r, float* z, const std::uint32_t* slot, const CornerTurns& turns,
+    void correct(const float* r, float* z, const std::uint32_t* slot, CornerTurns turns,
                  Work& work) const;
 
     std::size_t levels() const { return levels_.size(); }

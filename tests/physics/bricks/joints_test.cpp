@@ -21,7 +21,7 @@ namespace {
 using geometry::Cubes;
 using SomeCubes = std::vector<std::shared_ptr<const Cubes>>;
 
-constexpr double frame_seconds = 1.0 / 24;
+constexpr double joint_step = 1.0 / 24;
 
 std::shared_ptr<const Cubes> box_at(const Vec3& origin, int nx, int ny, int nz, double young = 1e7)
 {
@@ -78,7 +78,7 @@ struct Joined {
         }
     }
     double gap() const { return fixtures::widest_gap(loads.joints, state); }  // m
-    testing::AssertionResult step(double seconds = frame_seconds)
+    testing::AssertionResult step(double seconds = joint_step)
     {
         state = advance(body, std::move(state), loads, seconds);
         // One round of elastic forces leaves what it leaves.
@@ -427,7 +427,7 @@ TEST(PinnedParts, KeepTheirSizeWhereTheyTurn)
         for (std::size_t p = 0; p < rest.size(); ++p) {
             driven.pins.target[p] = middle + turn * (rest[p] - middle);
         }
-        state = advance(body, state, driven, frame_seconds);
+        state = advance(body, state, driven, joint_step);
         if (frame < 4) continue;  // it begins with a jerk
         EXPECT_NEAR((state.x.front() - state.x.back()).norm(),
                     (cubes.corner_position(0) -
@@ -452,7 +452,7 @@ TEST(PinnedParts, KeepTheirSizeWhereTheirMaterialIsTurned)
         driven.pins = matter_at(
             cubes, held,
             geometry::placement(Vec3::Zero(), {0, 30.0 * frame, 0}, Vec3::Ones(), {0.5, 0, 0.1}));
-        state = advance(body, state, driven, frame_seconds);
+        state = advance(body, state, driven, joint_step);
         if (frame < 4) continue;
         EXPECT_NEAR((state.x.front() - state.x.back()).norm(),
                     (cubes.corner_position(0) -
@@ -480,7 +480,7 @@ TEST(PinnedParts, KeepTheirSpinOnAHinge)
     ASSERT_EQ(hinge.pins.corner.size(), 2u);
     const auto first = fixtures::brick_motion(cubes, state);
     for (int frame = 0; frame < 48; ++frame) {
-        state = advance(body, state, hinge, frame_seconds);
+        state = advance(body, state, hinge, joint_step);
     }
     const auto last = fixtures::brick_motion(cubes, state);
     EXPECT_NEAR(last.angular.y(), first.angular.y(), 0.01 * first.angular.y());

@@ -204,7 +204,7 @@ struct Step {
 
     Aligned<float> precondition(const Aligned<float>& r)
     {
-        Aligned<float> z(r.size());
+        Aligned<float> z(r.size(), 0);
         multigrid.apply(system, elasticity, r.data(), z.data());
         return z;
     }
@@ -274,7 +274,7 @@ TEST(StepMultigrid, SolvesAsTheDiagonalDoesInFewerIterations)
     // The residual is measured by forces: in energy the two differ by about its square.
     Aligned<float> difference = expected;
     for (std::size_t i = 0; i < r.size(); ++i) difference[i] -= step.work.x[i];
-    Aligned<float> product(step.system.room);
+    Aligned<float> product(step.system.room, 0);
     const auto energy = [&](const Aligned<float>& u) {
         step.elasticity.multiply(u.data(), product.data());
         double sum = 0;
