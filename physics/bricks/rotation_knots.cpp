@@ -1,12 +1,14 @@
 #include "physics/bricks/rotation_knots.hpp"
 
 #include "geometry/base/no_index.hpp"
+#include "geometry/base/parallel.hpp"
 #include "geometry/base/union_find.hpp"
 
 #include <Eigen/Geometry>
 #include <Eigen/SVD>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <tuple>
 
@@ -20,12 +22,14 @@ using Quaternion = Eigen::Vector4f;
 // which is cos(45 degrees) between quaternions.
 constexpr float least_in_knots = 0.7072f;
 
+constexpr std::size_t cubes_a_run = 8192;
+
 constexpr int reach = 2;   // faces from the sheet to the cubes that are held
 constexpr int rounds = 8;  // of means
 
-Quaternion quaternion_of(const std::vector<float>& rotation, std::uint32_t cube)
+Quaternion quaternion_of(const std::vector<float>& rotation, std::size_t cube)
 {
-    return Eigen::Map<const Quaternion>(rotation.data() + 4 * std::size_t{cube});
+    return Eigen::Map<const Quaternion>(rotation.data() + 4 * cube);
 }
 
 // The rotation of a face of four pinned corners.
@@ -50,32 +54,67 @@ Eigen::Quaternionf turned_by(const geometry::Cubes& cubes, const Pins& pins,
     return Eigen::Quaternionf(Eigen::Quaterniond(rotation).cast<float>());
 }
 
-// Adds a cube before each face of the surface that pins hold.
-void add_pinned_faces(const geometry::Cubes& cubes, const Pins& pins, CubeNeighbours& neighbours,
-                      std::vector<float>& rotation)
+// A face of the surface that pins hold, and how they turn it: like a cube before it.
+struct PinnedFace {
+    std::uint32_t cube;
+    std::size_t face;  // axis + 3 side, of the cube
+    Quaternion turn;
+};
+
+// Whether a knot may lie between two cubes with such rotations.
+bool far_apart(const Quaternion& a, const Quaternion& b)
 {
-    if (pins.corner.empty()) return;
+    return std::abs(a.dot(b)) < least_in_knots;
+}
+
+// Which cubes have a neighbour towards -axis, bit axis, of those that are asked for.
+std::vector<std::uint8_t> joined_below(const CubeNeighbours& neighbours,
+                                       const std::vector<std::uint8_t>& asked)
+{
+    std::vector<std::uint8_t> out(neighbours.size(), 0);
+    for (const auto& next : neighbours) {
+        for (unsigned axis = 0; axis < 3; ++axis) {
+            if (next[axis] == no_index || asked[next[axis]] == 0) continue;
+            out[next[axis]] = static_cast<std::uint8_t>(out[next[axis]] | 1u << axis);
+        }
+    }
+    return out;
+}
+
+// 1: four corners or more are held.
+std::vector<std::uint8_t> held_cubes(const geometry::Cubes& cubes,
+                                     const std::vector<std::uint32_t>& pin_of)
+{
+    std::vector<std::uint8_t> out(cubes.count());
+    geometry::parallel_for(cubes.count(), cubes_a_run, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t c = begin; c < end; ++c) {
+            const auto held = std::count_if(cubes.corners[c].begin(), cubes.corners[c].end(),
+                                            [&](auto k) { return pin_of[k] != no_index; });
+            out[c] = held >= 4 ? 1 : 0;
+        }
+    });
+    return out;
+}
+
+// Sorted by cube.
+std::vector<PinnedFace> pinned_faces(const geometry::Cubes& cubes, const Pins& pins,
+                                     const CubeNeighbours& neighbours,
+                                     const std::vector<float>& rotation)
+{
+    std::vector<PinnedFace> out;
+    if (pins.corner.empty()) return out;
     std::vector<std::uint32_t> pin_of(cubes.corner_count(), no_index);
     for (std::uint32_t p = 0; p < pins.corner.size(); ++p) {
         if (held_axes(pins, p) == all_axes) pin_of[pins.corner[p]] = p;
     }
-    std::array<std::vector<std::uint8_t>, 3> joined;  // towards -axis
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-        joined[axis].assign(cubes.count(), 0);
-        for (const auto& next : neighbours) {
-            if (next[axis] != no_index) joined[axis][next[axis]] = 1;
-        }
-    }
-    // The cube before the face of each cube towards -axis and +axis.
-    std::vector<std::array<std::uint32_t, 6>> before(
-        cubes.count(), {no_index, no_index, no_index, no_index, no_index, no_index});
+    const std::vector<std::uint8_t> held = held_cubes(cubes, pin_of);
+    if (std::find(held.begin(), held.end(), 1) == held.end()) return out;
+    const std::vector<std::uint8_t> below = joined_below(neighbours, held);
     for (std::uint32_t c = 0; c < cubes.count(); ++c) {
-        const auto held = std::count_if(cubes.corners[c].begin(), cubes.corners[c].end(),
-                                        [&](auto k) { return pin_of[k] != no_index; });
-        if (held < 4) continue;
+        if (held[c] == 0) continue;
         for (std::size_t face = 0; face < 6; ++face) {
             const std::size_t axis = face % 3, side = face / 3;
-            if (side == 0 ? joined[axis][c] != 0 : neighbours[c][axis] != no_index) continue;
+            if (side == 0 ? (below[c] >> axis & 1) != 0 : neighbours[c][axis] != no_index) continue;
             std::array<std::uint32_t, 4> pin{};
             std::size_t count = 0;
             for (std::size_t a = 0; a < 8; ++a) {
@@ -85,38 +124,75 @@ void add_pinned_faces(const geometry::Cubes& cubes, const Pins& pins, CubeNeighb
             const Eigen::Quaternionf q = turned_by(cubes, pins, pin);
             // Of half a turn in this frame, the way round is not known.
             constexpr float least = 0.1f;
-            const Quaternion face_turn(q.w(), q.x(), q.y(), q.z());
-            if (std::abs(face_turn.dot(quaternion_of(rotation, c))) < least) continue;
-            before[c][face] = static_cast<std::uint32_t>(neighbours.size());
-            neighbours.push_back({no_index, no_index, no_index});
-            if (side == 0) neighbours.back()[axis] = c;
-            if (side == 1) neighbours[c][axis] = before[c][face];
-            for (const float x : {q.w(), q.x(), q.y(), q.z()}) rotation.push_back(x);
+            const Quaternion turn(q.w(), q.x(), q.y(), q.z());
+            if (std::abs(turn.dot(quaternion_of(rotation, c))) < least) continue;
+            out.push_back({c, face, turn});
         }
     }
-    if (neighbours.size() == cubes.count()) return;
-    for (std::uint32_t c = 0; c < cubes.count(); ++c) {
+    return out;
+}
+
+// Calls f(face, next) for faces side by side: next is that of the neighbour along an axis.
+template <class F>
+void for_neighbour_faces(const std::vector<PinnedFace>& faces, const CubeNeighbours& neighbours,
+                         const F& f)
+{
+    const auto before = [](const PinnedFace& a, const PinnedFace& b) {
+        return std::tie(a.cube, a.face) < std::tie(b.cube, b.face);
+    };
+    for (const PinnedFace& face : faces) {
         for (std::size_t along = 0; along < 3; ++along) {
-            const std::uint32_t next = neighbours[c][along];
-            if (next >= cubes.count()) continue;
-            for (std::size_t face = 0; face < 6; ++face) {
-                if (face % 3 == along || before[c][face] == no_index) continue;
-                neighbours[before[c][face]][along] = before[next][face];
-            }
+            const std::uint32_t next = neighbours[face.cube][along];
+            if (face.face % 3 == along || next == no_index) continue;
+            const PinnedFace wanted{next, face.face, {}};
+            const auto at = std::lower_bound(faces.begin(), faces.end(), wanted, before);
+            if (at == faces.end() || at->cube != next || at->face != face.face) continue;
+            f(face, *at, along);
         }
     }
 }
 
-bool may_hold_knots(const CubeNeighbours& neighbours, const std::vector<float>& rotation)
+// Adds a cube before each of these faces.
+void add_faces(const std::vector<PinnedFace>& faces, CubeNeighbours& neighbours,
+               std::vector<float>& rotation)
 {
-    for (std::uint32_t c = 0; c < neighbours.size(); ++c) {
-        const Quaternion q = quaternion_of(rotation, c);
-        for (const std::uint32_t n : neighbours[c]) {
-            if (n == no_index) continue;
-            if (std::abs(q.dot(quaternion_of(rotation, n))) < least_in_knots) return true;
-        }
+    const auto first = static_cast<std::uint32_t>(neighbours.size());
+    neighbours.resize(first + faces.size(), {no_index, no_index, no_index});
+    const auto number = [&](const PinnedFace& face) {
+        return first + static_cast<std::uint32_t>(&face - faces.data());
+    };
+    for_neighbour_faces(faces, neighbours,
+                        [&](const PinnedFace& face, const PinnedFace& next, std::size_t along) {
+                            neighbours[number(face)][along] = number(next);
+                        });
+    for (const PinnedFace& face : faces) {
+        const std::size_t axis = face.face % 3;
+        if (face.face / 3 == 0) neighbours[number(face)][axis] = face.cube;
+        if (face.face / 3 == 1) neighbours[face.cube][axis] = number(face);
+        rotation.insert(rotation.end(), face.turn.data(), face.turn.data() + 4);
     }
-    return false;
+}
+
+bool may_hold_knots(const CubeNeighbours& neighbours, const std::vector<float>& rotation,
+                    const std::vector<PinnedFace>& faces)
+{
+    std::atomic<bool> found = false;
+    geometry::parallel_for(neighbours.size(), cubes_a_run, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t c = begin; c < end; ++c) {
+            const Quaternion q = quaternion_of(rotation, c);
+            for (const std::uint32_t n : neighbours[c]) {
+                if (n != no_index && far_apart(q, quaternion_of(rotation, n))) found = true;
+            }
+        }
+    });
+    for (const PinnedFace& face : faces) {
+        if (far_apart(face.turn, quaternion_of(rotation, face.cube))) found = true;
+    }
+    for_neighbour_faces(faces, neighbours,
+                        [&](const PinnedFace& face, const PinnedFace& next, std::size_t) {
+                            if (far_apart(face.turn, next.turn)) found = true;
+                        });
+    return found;
 }
 
 // Cubes whose signs are tied to each other.
@@ -294,10 +370,11 @@ std::vector<HeldRotation> undo_knots(const geometry::Cubes& cubes,
                                      const std::vector<float>& cube_rotation, const Pins& pins)
 {
     if (cube_rotation.size() != 4 * cubes.count()) return {};
+    const auto faces = pinned_faces(cubes, pins, cube_neighbours, cube_rotation);
+    if (!may_hold_knots(cube_neighbours, cube_rotation, faces)) return {};
     CubeNeighbours neighbours = cube_neighbours;
     std::vector<float> rotation = cube_rotation;
-    add_pinned_faces(cubes, pins, neighbours, rotation);
-    if (!may_hold_knots(neighbours, rotation)) return {};
+    add_faces(faces, neighbours, rotation);
     Signed at = choose_signs(neighbours, rotation);
     std::vector<std::uint8_t> chosen = cubes_at_knots(neighbours, at);
     if (std::none_of(chosen.begin(), chosen.end(), [](auto c) { return c != 0; })) return {};
