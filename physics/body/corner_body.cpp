@@ -1,6 +1,7 @@
 #include "physics/body/corner_body.hpp"
 
 #include "geometry/cubes/components.hpp"
+#include "physics/math/for_numbers.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -161,12 +162,13 @@ CornerBody make_corner_body(const geometry::Cubes& cubes, std::vector<std::uint3
 
 Aligned<double> by_slot(const CornerBody& body, const std::vector<Vec3>& x)
 {
-    Aligned<double> out(body.numbers, 0);
-    for (std::size_t k = 0; k < body.corners; ++k) {
+    Aligned<double> out;
+    fill_numbers(out, body.numbers, 0.0);
+    for_numbers(body.corners, [&](std::size_t k) {
         for (std::size_t i = 0; i < 3; ++i) {
             out[4 * body.slot_of(k) + i] = x[k][static_cast<Eigen::Index>(i)];
         }
-    }
+    });
     return out;
 }
 

@@ -42,7 +42,7 @@ bool BrickElasticity::cube_matrices(std::vector<BrickMatrix>& out) const
     out.resize(body_.cubes);
     geometry::parallel_for(
         body_.layout.blocks(), blocks_a_run, [&](std::size_t begin, std::size_t end) {
-            Aligned<double> p(4 * block_corners), q(4 * block_corners);
+            Aligned<double> p(4 * block_corners, 0), q(4 * block_corners, 0);
             for (std::size_t block = begin; block < end; ++block) {
                 const auto bricks = alone(all, block, in_order.data());
                 BrickCurvature<double> curvature;

@@ -1,6 +1,7 @@
 #include "physics/bricks/free_parts.hpp"
 
 #include "geometry/base/union_find.hpp"
+#include "physics/math/for_numbers.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -27,9 +28,8 @@ std::vector<RigidPart> rigid_parts(const Stage& stage, const Aligned<double>& x,
     // lumped masses answers to differences within cubes alone, whatever the centre.
     const CornerBody& body = stage.frame.body;
     Aligned<double> less_x, less_v;
-    for (Aligned<double>* less : {&less_x, &less_v}) {
-        less->assign(std::max(stage.frame.n, stage.elasticity.room()), 0);
-    }
+    const std::size_t room = std::max(stage.frame.n, stage.elasticity.room());
+    for (Aligned<double>* less : {&less_x, &less_v}) fill_numbers(*less, room, 0.0);
     stage.elasticity.excess(Lumped::mass, x.data(), less_x.data());
     stage.elasticity.excess(Lumped::mass, v.data(), less_v.data());
     std::vector<RigidPart> parts(body.parts);

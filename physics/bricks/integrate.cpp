@@ -5,6 +5,7 @@
 #include "physics/bricks/stage_touches.hpp"
 #include "physics/bricks/step_error.hpp"
 #include "physics/bricks/step_newton.hpp"
+#include "physics/math/for_numbers.hpp"
 #include "physics/state/measure.hpp"
 
 #include <algorithm>
@@ -135,10 +136,9 @@ void take_stage(FrameStep& step, double tau, double share, Balance balance)
     }
     if (stage.struck || !stage.rigid.none()) finish_impacts(stage, solved_of(step), all);
     const Motion before = stage.rigid.none() ? Motion{} : step.now;
-    for (std::size_t i = 0; i < step.frame.n; ++i) {
-        step.now.x[i] = stage.x0[i] + tau * stage.w[i];
-    }
-    step.now.v = stage.w;
+    for_numbers(step.frame.n,
+                [&](std::size_t i) { step.now.x[i] = stage.x0[i] + tau * stage.w[i]; });
+    copy_numbers(stage.w, step.now.v);
     stage.rigid.straighten(step.now.x.data(), step.now.v.data());
     keep_rigid_energy(stage, before.x, before.v, step.now.x, step.now.v);
 }

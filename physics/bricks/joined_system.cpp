@@ -38,7 +38,7 @@ std::vector<Pulls> pulls_of(const RigidBodies& bodies,
 void solve_eight(DirectFactor& elastic, std::size_t slots, const EightColumns& b, EightColumns& x)
 {
     if (!elastic.has_inner()) return elastic.solve(b, x);
-    Aligned<double> from(4 * slots), to(4 * slots);
+    Aligned<double> from(4 * slots, 0), to(4 * slots, 0);
     for (std::size_t c = 0; c < eight; ++c) {
         for (std::size_t k = 0; k < slots; ++k) {
             for (std::size_t i = 0; i < 3; ++i) from[4 * k + i] = b[eight * (3 * k + i) + c];

@@ -3,6 +3,7 @@
 #include "geometry/base/no_index.hpp"
 #include "geometry/mesh/same_triangles.hpp"
 #include "physics/body/external_forces.hpp"
+#include "physics/math/for_numbers.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -14,7 +15,7 @@ StepFrame::StepFrame(const CornerBody& its_body, const Loads& its_loads, double 
     : body(its_body), loads(its_loads), seconds(its_seconds), options(its_options),
       n(its_body.numbers)
 {
-    for (Aligned<double>* v : {&mass, &damping, &fixed}) v->assign(n, 0);
+    for (Aligned<double>* v : {&mass, &damping, &fixed}) fill_numbers(*v, n, 0.0);
     part_mass.assign(std::max<std::size_t>(body.parts, 1), 0);
     for (std::size_t k = 0; k < body.corners; ++k) {
         part_mass[body.part_of(k)] += body.mass[k];
@@ -35,7 +36,7 @@ StepFrame::StepFrame(const CornerBody& its_body, const Loads& its_loads, double 
 
 void StepFrame::use_forces()
 {
-    steady.assign(n, 0);
+    fill_numbers(steady, n, 0.0);
     add_steady_forces(body, forces, steady);
     following = following_forces(body, forces);
     windy = !following.empty();
@@ -68,9 +69,9 @@ void StepFrame::take_forces(double share)
 Stage::Stage(const StepFrame& its_frame, Elasticity& its_elasticity)
     : frame(its_frame), elasticity(its_elasticity), rigid(its_frame.body)
 {
-    for (Aligned<double>* v : {&w, &x, &wind, &drag, &r, &delta, &jump}) v->assign(frame.n, 0);
-    force.assign(elasticity.room(), 0);
-    product.assign(elasticity.room(), 0);
+    for (Aligned<double>* v : {&w, &x, &wind, &drag, &r, &delta, &jump}) v->resize(frame.n);
+    fill_numbers(force, elasticity.room(), 0.0);
+    fill_numbers(product, elasticity.room(), 0.0);
 }
 
 namespace {
@@ -105,28 +106,25 @@ bool pins_stay(const Stage& stage)
 void times_mass(const Stage& stage, const Aligned<double>& v, Aligned<double>& out)
 {
     const std::size_t n = stage.frame.n;
-    out.resize(std::max(n, stage.elasticity.room()));
+    out.resize(std::max(n, stage.elasticity.room()), 0);
     const bool less = stage.elasticity.excess(Lumped::mass, v.data(), out.data());
-    for (std::size_t i = 0; i < n; ++i) {
-        out[i] = stage.frame.mass[i] * v[i] - (less ? out[i] : 0);
-    }
+    for_numbers(n,
+                [&](std::size_t i) { out[i] = stage.frame.mass[i] * v[i] - (less ? out[i] : 0); });
 }
 
 void times_damping(const Stage& stage, const Aligned<double>& v, Aligned<double>& out)
 {
     const std::size_t n = stage.frame.n;
-    out.resize(std::max(n, stage.elasticity.room()));
+    out.resize(std::max(n, stage.elasticity.room()), 0);
     const bool less = stage.elasticity.excess(Lumped::damping, v.data(), out.data());
-    for (std::size_t i = 0; i < n; ++i) {
-        out[i] = stage.frame.damping[i] * v[i] - (less ? out[i] : 0);
-    }
+    for_numbers(
+        n, [&](std::size_t i) { out[i] = stage.frame.damping[i] * v[i] - (less ? out[i] : 0); });
 }
 
 void place(Stage& stage)
 {
-    for (std::size_t i = 0; i < stage.frame.n; ++i) {
-        stage.x[i] = stage.x0[i] + stage.tau * stage.w[i];
-    }
+    for_numbers(stage.frame.n,
+                [&](std::size_t i) { stage.x[i] = stage.x0[i] + stage.tau * stage.w[i]; });
 }
 
 // Whether there are no elastic forces: all parts keep their shape, and no springs hold them.
@@ -153,13 +151,14 @@ AtWork at_work(const Stage& stage)
 {
     const StepFrame& frame = stage.frame;
     AtWork out;
-    for (Aligned<double>* v : {&out.outside, &out.elastic, &out.inertia}) v->resize(frame.n);
-    for (std::size_t i = 0; i < frame.n; ++i) {
+    for (Aligned<double>* v : {&out.outside, &out.elastic}) v->resize(frame.n);
+    fill_numbers(out.inertia, frame.n, 0.0);
+    Aligned<double> jump(frame.n);
+    for_numbers(frame.n, [&](std::size_t i) {
         out.outside[i] = stage.tau * (frame.steady[i] + stage.wind[i]);
         out.elastic[i] = stage.tau * stage.force[i];
-    }
-    Aligned<double> jump = stage.w;
-    for (std::size_t i = 0; i < frame.n; ++i) jump[i] -= stage.v0[i];
+        jump[i] = stage.w[i] - stage.v0[i];
+    });
     times_mass(stage, jump, out.inertia);
     for (Aligned<double>* v : {&out.outside, &out.elastic, &out.inertia}) {
         stage.rigid.even_out(v->data());
@@ -173,24 +172,24 @@ void find_residual(Stage& stage)
     const double tau = stage.tau;
     stage.elasticity.weigh(stage.at_start ? tau * tau : 0, tau);
     if (nothing_bends(stage)) {
-        std::fill(stage.product.begin(), stage.product.end(), 0);
+        fill_numbers(stage.product, stage.product.size(), 0.0);
     } else if (stage.base.empty()) {
         stage.elasticity.multiply(stage.w.data(), stage.product.data());
     } else {
-        for (std::size_t i = 0; i < frame.n; ++i) stage.r[i] = stage.w[i] - stage.base[i];
+        for_numbers(frame.n, [&](std::size_t i) { stage.r[i] = stage.w[i] - stage.base[i]; });
         stage.elasticity.multiply(stage.r.data(), stage.product.data());
     }
-    for (std::size_t i = 0; i < frame.n; ++i) stage.jump[i] = stage.v0[i] - stage.w[i];
+    for_numbers(frame.n, [&](std::size_t i) { stage.jump[i] = stage.v0[i] - stage.w[i]; });
     times_mass(stage, stage.jump, stage.momentum);
-    for (std::size_t i = 0; i < frame.n; ++i) {
+    for_numbers(frame.n, [&](std::size_t i) {
         stage.r[i] =
             stage.momentum[i] +
             tau * (stage.force[i] + frame.steady[i] + stage.wind[i] - stage.drag[i] * stage.w[i]) -
             stage.product[i];
-    }
+    });
     if (!frame.body.mass_damping.empty()) {
         times_damping(stage, stage.w, stage.momentum);
-        for (std::size_t i = 0; i < frame.n; ++i) stage.r[i] -= tau * stage.momentum[i];
+        for_numbers(frame.n, [&](std::size_t i) { stage.r[i] -= tau * stage.momentum[i]; });
     }
     stage.elasticity.weigh(tau * tau, tau);
     for (const PointContact& c : stage.contacts) {
@@ -206,16 +205,13 @@ void find_residual(Stage& stage)
 
 double dot(const Aligned<double>& a, const Aligned<double>& b)
 {
-    double sum = 0;
-    for (std::size_t k = 0; k < b.size(); ++k) sum += a[k] * b[k];
-    return sum;
+    return sum_over(b.size(), [&](std::size_t k) { return a[k] * b[k]; });
 }
 
 bool all_finite(const Aligned<double>& v)
 {
-    double sum = 0;  // any NaN or infinity ends up in it
-    for (const double value : v) sum += value * 0;
-    return sum == 0;
+    // Any NaN or infinity ends up in the sum.
+    return sum_over(v.size(), [&](std::size_t i) { return v[i] * 0; }) == 0;
 }
 
 }  // namespace physics

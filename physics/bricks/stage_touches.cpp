@@ -9,6 +9,7 @@
 #include "physics/bricks/bounce.hpp"
 #include "physics/bricks/joints.hpp"
 #include "physics/bricks/radial_on_way.hpp"
+#include "physics/math/for_numbers.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -277,7 +278,8 @@ void start_stage(Stage& stage, const Aligned<double>& x0, const Aligned<double>&
     const bool lays = frame.first && !frame.options.leaps;
     stage.tau = tau;
     stage.share = share;
-    stage.began = stage.x0 = x0, stage.began_v = stage.v0 = v0;
+    for (Aligned<double>* v : {&stage.began, &stage.x0}) copy_numbers(x0, *v);
+    for (Aligned<double>* v : {&stage.began_v, &stage.v0}) copy_numbers(v0, *v);
     if (stage.elasticity.targets_move()) {
         stage.elasticity.at_share(share);
         stage.linear_at.clear();
@@ -285,8 +287,7 @@ void start_stage(Stage& stage, const Aligned<double>& x0, const Aligned<double>&
     stage.base.clear();
     stage.lifted.clear();
     stage.struck = false;
-    std::fill(stage.wind.begin(), stage.wind.end(), 0);
-    std::fill(stage.drag.begin(), stage.drag.end(), 0);
+    for (Aligned<double>* v : {&stage.wind, &stage.drag}) fill_numbers(*v, frame.n, 0.0);
     if (frame.windy) {
         add_wind(frame.body, frame.forces, x0.data(), v0.data(), stage.wind, stage.drag);
         start_radial_forces(stage);
@@ -314,15 +315,15 @@ void start_stage(Stage& stage, const Aligned<double>& x0, const Aligned<double>&
     }
     if (frame.body.sheets) start_sheets(stage);
     if (!stage.colliders.empty()) {
-        stage.w.assign(frame.n, 0);
+        fill_numbers(stage.w, frame.n, 0.0);
         stage.holds = find_holds(stage, x0);
         if (lays) lay_down(stage, stage.held, stage.holds);
     }
     aim_bounces(stage);
-    stage.holds_at = x0;
+    copy_numbers(x0, stage.holds_at);
     stage.looked_at.assign(stage.near.empty() ? 0 : 1, x0);
     stage.looked.assign(stage.near.size(), 0);
-    stage.w = v0;
+    copy_numbers(v0, stage.w);
     for_held_axes(frame, [&](std::size_t pin, std::size_t axis, std::size_t number) {
         const double to = frame.pin_paths.at(pin, share)[static_cast<Eigen::Index>(axis)];
         stage.w[number] = (to - x0[number]) / tau;

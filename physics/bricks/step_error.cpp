@@ -2,6 +2,7 @@
 
 #include "physics/bricks/free_parts.hpp"
 #include "physics/bricks/radial_on_way.hpp"
+#include "physics/math/for_numbers.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -13,6 +14,19 @@ namespace {
 Vec3 corner_of(const Aligned<double>& v, std::size_t k)
 {
     return {v[4 * k], v[4 * k + 1], v[4 * k + 2]};
+}
+
+// Masses and velocities alone, of each part by the masses of corners.
+std::vector<RigidPart> moved_parts(const CornerBody& body, const Aligned<double>& v)
+{
+    std::vector<RigidPart> parts(body.parts);
+    for (std::size_t k = 0; k < body.corners; ++k) {
+        RigidPart& part = parts[body.part_of(k)];
+        part.mass += body.mass[k];
+        part.velocity += body.mass[k] * corner_of(v, k);
+    }
+    for (RigidPart& part : parts) part.velocity /= part.mass;
+    return parts;
 }
 
 // m/s^2: by how much more radial forces accelerate each part where it begins than in the stage.
@@ -34,7 +48,10 @@ double error_of_step(const Stage& stage, const Aligned<double>& x0, const Aligne
 {
     const CornerBody& body = stage.frame.body;
     const auto held = held_parts(stage);
-    const auto parts = rigid_parts(stage, x0, v0), ends = rigid_parts(stage, x1, v1);
+    const bool any_turns =
+        !stage.rigid.none() || std::find(held.begin(), held.end(), 0) != held.end();
+    const auto parts = any_turns ? rigid_parts(stage, x0, v0) : moved_parts(body, v0);
+    const auto ends = any_turns ? rigid_parts(stage, x1, v1) : parts;
     std::vector<std::uint8_t> turns(body.parts, 0);  // by itself
     for (std::size_t i = 0; i < stage.rigid.count(); ++i) turns[stage.rigid.part(i)] = 1;
     std::vector<Mat3> turn(body.parts, Mat3::Identity());
@@ -42,8 +59,7 @@ double error_of_step(const Stage& stage, const Aligned<double>& x0, const Aligne
         if (held[p] == 0 || turns[p] != 0) turn[p] = turn_freely(parts[p], dt).by;
     }
     const std::vector<Vec3> change = change_of_radial(stage, x0);
-    double most = 0;
-    for (std::size_t k = 0; k < body.corners; ++k) {
+    return greatest_over(body.corners, [&](std::size_t k) {
         const std::size_t p = body.part_of(k);
         const RigidPart &part = parts[p], &end = ends[p];
         Vec3 before = corner_of(v0, k) - part.velocity, after = corner_of(v1, k) - part.velocity;
@@ -54,9 +70,8 @@ double error_of_step(const Stage& stage, const Aligned<double>& x0, const Aligne
         Vec3 off = 0.5 * dt * (after - turn[p] * before);
         if (held[p] == 0) off += dt * dt / 6 * change[p];
         if (held[p] != 0 && !stage.lifted.empty()) off += corner_of(stage.lifted, k);
-        most = std::max(most, off.norm() / body.edge_at(k));
-    }
-    return most;
+        return off.norm() / body.edge_at(k);
+    });
 }
 
 int halvings_of(int steps)

@@ -1,34 +1,27 @@
 #include "physics/bricks/step_multigrid.hpp"
 
-#include "geometry/base/parallel.hpp"
+#include "physics/math/for_numbers.hpp"
 
 #include <algorithm>
 
 namespace physics {
 namespace {
 
-constexpr std::size_t numbers_a_run = 16384;
-
 // rest -= A change
 void take_product(StepMultigrid& at, const LinearSystem<float>& system)
 {
     system.multiply(at.change.data(), at.product.data());
-    geometry::parallel_for(system.numbers, numbers_a_run, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) {
-            at.rest[i] -= at.product[i] + system.diagonal[i] * at.change[i];
-        }
+    for_numbers(system.numbers, [&](std::size_t i) {
+        at.rest[i] -= at.product[i] + system.diagonal[i] * at.change[i];
     });
 }
 
 // A step of the smoother: change = by_last change + by_rest D^-1 rest, z += change.
 void take_step(StepMultigrid& at, const LinearSystem<float>& system, ChebyshevStep step, float* z)
 {
-    geometry::parallel_for(system.numbers, numbers_a_run, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) {
-            at.change[i] =
-                step.by_last * at.change[i] + step.by_rest * system.inverse[i] * at.rest[i];
-            z[i] += at.change[i];
-        }
+    for_numbers(system.numbers, [&](std::size_t i) {
+        at.change[i] = step.by_last * at.change[i] + step.by_rest * system.inverse[i] * at.rest[i];
+        z[i] += at.change[i];
     });
     for (const auto& block : system.blocks) {
         const CornerBlock<float> at_zero{0, block.inverse};
@@ -58,22 +51,18 @@ void StepMultigrid::apply(const LinearSystem<float>& system, Elasticity& elastic
                           float* z)
 {
     const std::size_t n = system.numbers;
-    rest.assign(r, r + n);
-    change.assign(n, 0);
-    product.resize(system.room);
-    std::fill(z, z + n, 0.0f);
+    rest.resize(n), change.resize(n), product.resize(system.room, 0);
+    for_numbers(n, [&](std::size_t i) { rest[i] = r[i], change[i] = z[i] = 0; });
     for (std::size_t k = 0; k < smoother.size(); ++k) {
         if (k > 0) take_product(*this, system);
         take_step(*this, system, smoother[k], z);
     }
     take_product(*this, system);
-    std::fill(change.begin(), change.end(), 0.0f);
+    fill_numbers(change, n, 0.0f);
     for (const auto i : held_along) rest[i] = 0;
     elasticity.add_coarse(rest.data(), change.data());
     for (const auto i : held_along) change[i] = 0;
-    geometry::parallel_for(n, numbers_a_run, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) z[i] += change[i];
-    });
+    for_numbers(n, [&](std::size_t i) { z[i] += change[i]; });
     for (const ChebyshevStep& step : smoother) {
         take_product(*this, system);
         take_step(*this, system, step, z);

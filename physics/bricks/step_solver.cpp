@@ -1,6 +1,7 @@
 #include "physics/bricks/step_solver.hpp"
 
 #include "geometry/base/no_index.hpp"
+#include "physics/math/for_numbers.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -87,8 +88,8 @@ void add_contact_blocks(StepSolver& solver, const Stage& stage, const Aligned<do
 
 void copy_low(const StepSystem<double>& high, StepSystem<float>& low)
 {
-    low.linear.diagonal.assign(high.linear.diagonal.begin(), high.linear.diagonal.end());
-    low.linear.inverse.assign(high.linear.inverse.begin(), high.linear.inverse.end());
+    copy_numbers(high.linear.diagonal, low.linear.diagonal);
+    copy_numbers(high.linear.inverse, low.linear.inverse);
     low.linear.blocks.clear();
     for (const auto& b : high.linear.blocks) {
         CornerBlock<float> block{b.slot, {}};
@@ -186,11 +187,10 @@ Plan choose_preconditioner(StepSolver& solver, const Stage& stage)
     const StepFrame& frame = stage.frame;
     Elasticity& elasticity = stage.elasticity;
     solver.low.linear.precondition = {};
-    double inertia = 0, whole = 0;
-    for (const double d : solver.high.linear.diagonal) inertia += d;
-    Aligned<double> diagonal(frame.n, 0);
+    Aligned<double> diagonal;
+    fill_numbers(diagonal, frame.n, 0.0);
     elasticity.add_diagonal(diagonal.data());
-    for (const double d : diagonal) whole += d;
+    const double inertia = sum_of(solver.high.linear.diagonal), whole = sum_of(diagonal);
     const double with_diagonal =
         0.75 * std::sqrt(whole / inertia) * std::log(2 / frame.options.tolerance);
     if (with_diagonal < 20) return {with_diagonal, 1};
@@ -261,10 +261,10 @@ template <class T> void join_rigid(StepSolver& solver, const Stage& stage, Linea
 double leftover(StepSolver& solver, Stage& stage)
 {
     solver.high.linear.multiply(stage.delta.data(), stage.product.data());
-    for (std::size_t i = 0; i < stage.frame.n; ++i) {
+    for_numbers(stage.frame.n, [&](std::size_t i) {
         solver.rest[i] =
             stage.r[i] - stage.product[i] - solver.high.linear.diagonal[i] * stage.delta[i];
-    }
+    });
     return norm(solver, solver.rest);
 }
 
@@ -283,7 +283,7 @@ void solve_high(StepSolver& solver, Stage& stage, double target, double most, So
     const int left = stage.frame.options.solver_iterations - out.iterations;
     const int limit = static_cast<int>(std::min<double>(left, most));
     const Solved part = conjugate_gradients(solver.high.linear, target, limit, solver.high.work);
-    for (std::size_t i = 0; i < stage.frame.n; ++i) stage.delta[i] += solver.high.work.x[i];
+    for_numbers(stage.frame.n, [&](std::size_t i) { stage.delta[i] += solver.high.work.x[i]; });
     out.iterations += part.iterations;
     out.residual = part.residual;
     out.converged = part.converged;
@@ -293,14 +293,14 @@ void solve_high(StepSolver& solver, Stage& stage, double target, double most, So
 Solved add_low(StepSolver& solver, Stage& stage, double goal, int iterations)
 {
     auto& work = solver.low.work;
-    double scale = 0;
-    for (const double value : solver.rest) scale = std::max(scale, std::abs(value));
+    const auto& rest = solver.rest;
+    const double scale =
+        greatest_over(rest.size(), [&](std::size_t i) { return std::abs(rest[i]); });
     work.r.resize(stage.frame.n);
-    for (std::size_t i = 0; i < stage.frame.n; ++i) {
-        work.r[i] = static_cast<float>(solver.rest[i] / scale);
-    }
+    for_numbers(stage.frame.n,
+                [&](std::size_t i) { work.r[i] = static_cast<float>(rest[i] / scale); });
     Solved part = conjugate_gradients(solver.low.linear, goal / scale, iterations, work);
-    for (std::size_t i = 0; i < stage.frame.n; ++i) stage.delta[i] += scale * double(work.x[i]);
+    for_numbers(stage.frame.n, [&](std::size_t i) { stage.delta[i] += scale * double(work.x[i]); });
     part.residual *= scale;
     return part;
 }
@@ -383,8 +383,8 @@ Solved solve_coupled(StepSolver& solver, Stage& stage, double target)
 {
     const int most = stage.frame.options.solver_iterations;
     Solved out;
-    stage.delta.assign(stage.frame.n, 0);
-    solver.rest = stage.r;
+    fill_numbers(stage.delta, stage.frame.n, 0.0);
+    copy_numbers(stage.r, solver.rest);
     const double size = norm(solver, solver.rest);
     if (!std::isfinite(size)) return {false, 0, size};
     use_elasticity(solver, stage, solver.low);
@@ -432,18 +432,18 @@ void prepare(StepSolver& solver, const Stage& stage)
     const StepFrame& frame = stage.frame;
     auto& diagonal = solver.high.linear.diagonal;
     diagonal.resize(frame.n);
-    for (std::size_t i = 0; i < frame.n; ++i) {
-        diagonal[i] = frame.mass[i] + stage.tau * (frame.damping[i] + stage.drag[i]);
-    }
-    Aligned<double> whole = diagonal;
+    Aligned<double> whole(frame.n);
+    for_numbers(frame.n, [&](std::size_t i) {
+        whole[i] = diagonal[i] = frame.mass[i] + stage.tau * (frame.damping[i] + stage.drag[i]);
+    });
     stage.elasticity.couple(1, stage.tau);
     stage.elasticity.add_diagonal(whole.data());
     stage.elasticity.couple(0, 0);
     auto& inverse = solver.high.linear.inverse;
     inverse.resize(frame.n);
-    for (std::size_t i = 0; i < frame.n; ++i) {
+    for_numbers(frame.n, [&](std::size_t i) {
         inverse[i] = frame.fixed[i] == 0 && whole[i] > 0 ? 1 / whole[i] : 0;
-    }
+    });
     add_contact_blocks(solver, stage, whole);
     if (stage.rigid.none()) return;
     solver.lumped = diagonal;
@@ -459,8 +459,8 @@ void prepare(StepSolver& solver, const Stage& stage)
 double norm(const StepSolver& solver, const Aligned<double>& r)
 {
     const LinearSystem<double>& linear = solver.high.linear;
-    double sum = 0;
-    for (std::size_t i = 0; i < linear.numbers; ++i) sum += r[i] * r[i] * linear.inverse[i];
+    double sum =
+        sum_over(linear.numbers, [&](std::size_t i) { return r[i] * r[i] * linear.inverse[i]; });
     double z[3];
     for (const auto& block : linear.blocks) {
         const CornerBlock<double> at_zero{0, block.inverse};

@@ -14,6 +14,7 @@
 #include "physics/bricks/step_energy.hpp"
 #include "physics/bricks/step_error.hpp"
 #include "physics/bricks/step_newton.hpp"
+#include "physics/math/for_numbers.hpp"
 #include "physics/state/hold_matter.hpp"
 #include "physics/state/measure.hpp"
 #include "physics/state/pins.hpp"
@@ -35,9 +36,8 @@ Aligned<double> impulses_for(const Stage& stage, const Aligned<double>& jump)
     Aligned<double> out, of_held;
     times_mass(stage, jump, out);
     times_mass(stage, stage.frame.fixed, of_held);
-    for (std::size_t i = 0; i < jump.size(); ++i) {
-        out[i] += (stage.frame.mass[i] - of_held[i]) * jump[i];
-    }
+    for_numbers(jump.size(),
+                [&](std::size_t i) { out[i] += (stage.frame.mass[i] - of_held[i]) * jump[i]; });
     return out;
 }
 
@@ -47,7 +47,8 @@ Aligned<double> impulses_for(const Stage& stage, const Aligned<double>& jump)
 void place_pins(FrameStep& step, double begin, double end)
 {
     const StepFrame& frame = step.frame;
-    Aligned<double> jump(frame.n, 0);
+    Aligned<double> jump;
+    fill_numbers(jump, frame.n, 0.0);
     for_held_axes(frame, [&](std::size_t pin, std::size_t axis, std::size_t number) {
         const auto a = static_cast<Eigen::Index>(axis);
         const double v = frame.pin_paths.velocity(pin, end)[a] / frame.seconds;
@@ -296,11 +297,11 @@ Motion load(const CornerBody& body, const State& state)
 
 void store(const CornerBody& body, const Motion& motion, State& state)
 {
-    for (std::size_t k = 0; k < body.corners; ++k) {
+    for_numbers(body.corners, [&](std::size_t k) {
         const std::size_t at = 4 * body.slot_of(k);
         state.x[k] = Vec3(motion.x[at], motion.x[at + 1], motion.x[at + 2]);
         state.v[k] = Vec3(motion.v[at], motion.v[at + 1], motion.v[at + 2]);
-    }
+    });
 }
 
 // Whether no rest shape would flow within the frame.

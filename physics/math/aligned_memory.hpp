@@ -1,10 +1,14 @@
 #pragma once
 
-// Arrays that begin on a cache line, for SIMD loops.
+// Arrays that begin on a cache line, for SIMD loops. Their numbers are set by whoever fills them:
+// making one or growing one without a value touches no memory, so that a large array costs nothing
+// until threads fill it, each its share.
 
 #include "geometry/base/aligned_memory.hpp"
 
 #include <cstddef>
+#include <new>
+#include <utility>
 #include <vector>
 
 namespace physics {
@@ -14,6 +18,11 @@ template <class T> struct AlignedAllocator {
 
     AlignedAllocator() = default;
     template <class U> AlignedAllocator(const AlignedAllocator<U>&) {}
+    template <class U> void construct(U* at) { ::new (static_cast<void*>(at)) U; }
+    template <class U, class... From> void construct(U* at, From&&... from)
+    {
+        ::new (static_cast<void*>(at)) U(std::forward<From>(from)...);
+    }
     T* allocate(std::size_t count)
     {
         return static_cast<T*>(geometry::take_aligned(count * sizeof(T)));

@@ -6,6 +6,7 @@
 
 #include "physics/math/aligned_memory.hpp"
 #include "physics/math/corner_vectors.hpp"
+#include "physics/math/for_numbers.hpp"
 
 #include <array>
 #include <cmath>
@@ -63,7 +64,8 @@ Solved conjugate_gradients(const LinearSystem<T>& system, double target, int lim
 {
     const std::size_t n = system.numbers;
     auto &x = work.x, &r = work.r, &z = work.z, &p = work.p, &y = work.y;
-    x.assign(n, 0), z.assign(n, 0), p.assign(n, 0), y.assign(system.room, 0);
+    for (Aligned<T>* v : {&x, &z, &p}) fill_numbers(*v, n, T{0});
+    fill_numbers(y, system.room, T{0});
     const auto step = [&](T alpha) {
         double sum = descend(n, alpha, p.data(), y.data(), system.inverse.data(), x.data(),
                              r.data(), z.data());

@@ -323,7 +323,7 @@ void ShellElasticity::add_bends(std::uint32_t k, double stiffness, double dampin
 }
 
 template <class T>
-void ShellElasticity::multiply_any(const Unset<T>& matrix, const T* p, T* y) const
+void ShellElasticity::multiply_any(const Aligned<T>& matrix, const T* p, T* y) const
 {
     const T scale = static_cast<T>(scale_);
     geometry::parallel_for(point_.size(), points_a_task, [&](std::size_t begin, std::size_t end) {

@@ -5,7 +5,6 @@
 
 #include "physics/bricks/elasticity.hpp"
 #include "physics/math/aligned_memory.hpp"
-#include "physics/math/unset.hpp"
 #include "physics/shell/shell_body.hpp"
 #include "physics/state/loads.hpp"
 
@@ -52,22 +51,22 @@ private:
     double bend_energy(std::uint32_t k, const double* x) const;
     void assemble();
     void add_bends(std::uint32_t k, double stiffness, double damping);
-    template <class T> void multiply_any(const Unset<T>& matrix, const T* p, T* y) const;
+    template <class T> void multiply_any(const Aligned<T>& matrix, const T* p, T* y) const;
 
     const ShellBody& body_;
     std::vector<ShellPoint> point_;  // K, as pins make them
     double stiffness_weight_ = 1, damping_weight_ = 0;
     bool hessian_ = false;
-    bool even_ = true;            // the damping is the same in all cells
-    Aligned<double> at_;          // m, where forces were asked for last; empty: nowhere
-    Aligned<double> came_;        // m, of look_back() since then; empty: none
-    Unset<CornerForces> pull_;    // C, N, on the corners
-    Unset<CornerBlocks> blocks_;  // C, N/m, of the derivative
+    bool even_ = true;              // the damping is the same in all cells
+    Aligned<double> at_;            // m, where forces were asked for last; empty: nowhere
+    Aligned<double> came_;          // m, of look_back() since then; empty: none
+    Aligned<CornerForces> pull_;    // C, N, on the corners
+    Aligned<CornerBlocks> blocks_;  // C, N/m, of the derivative
     std::vector<std::array<Vec3, 2>> moment_;  // K, N: uu su + uv sv, uv su + vv sv
     // Entries of body.column: K as it is weighed, but for scale_ where the damping is even.
     double scale_ = 1;
-    Unset<double> matrix_;     // 9 an entry
-    Unset<float> matrix_low_;  // likewise
+    Aligned<double> matrix_;     // 9 an entry
+    Aligned<float> matrix_low_;  // likewise
 };
 
 }  // namespace physics

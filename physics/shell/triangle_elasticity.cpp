@@ -314,7 +314,7 @@ template <class T> SideVectors TriangleElasticity::slopes_that_answer(const T* p
 }
 
 template <class T>
-void TriangleElasticity::multiply_any(const Unset<T>& matrix, const T* p, T* y) const
+void TriangleElasticity::multiply_any(const Aligned<T>& matrix, const T* p, T* y) const
 {
     const SideVectors slopes = slopes_that_answer(p);
     const std::size_t corners = body_.base.corners;

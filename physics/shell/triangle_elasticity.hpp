@@ -11,7 +11,6 @@
 #include "physics/bricks/dissection.hpp"
 #include "physics/bricks/elasticity.hpp"
 #include "physics/math/aligned_memory.hpp"
-#include "physics/math/unset.hpp"
 #include "physics/shell/shell_body.hpp"
 #include "physics/shell/slope_factor.hpp"
 #include "physics/shell/triangle_flow.hpp"
@@ -80,7 +79,7 @@ private:
     double weight_of(std::size_t t) const;
     double damping_of(std::size_t t) const;
     std::shared_ptr<const SlopeFactor> factor_for(double stiffness, double damping) const;
-    template <class T> void multiply_any(const Unset<T>& matrix, const T* p, T* y) const;
+    template <class T> void multiply_any(const Aligned<T>& matrix, const T* p, T* y) const;
     template <class T> SideVectors slopes_that_answer(const T* p) const;
     void element_matrix(std::size_t t, BrickMatrix& to) const;
     std::shared_ptr<const Dissection> dissected(const std::vector<std::uint32_t>& held,
@@ -96,15 +95,15 @@ private:
     mutable Aligned<double> slope_work_;
     double stiffness_weight_ = 1, damping_weight_ = 0;
     bool hessian_ = false;
-    Aligned<double> at_;               // m, where forces were asked for last; empty: nowhere
-    Aligned<double> came_;             // m, of look_back() since then; empty: none
-    std::vector<Pose> pose_;           // T, there
-    Unset<std::array<Vec3, 3>> pull_;  // T, N, on the corners
-    Unset<Blocks> blocks_;             // T, N/m, of the derivative, between corners
+    Aligned<double> at_;                 // m, where forces were asked for last; empty: nowhere
+    Aligned<double> came_;               // m, of look_back() since then; empty: none
+    std::vector<Pose> pose_;             // T, there
+    Aligned<std::array<Vec3, 3>> pull_;  // T, N, on the corners
+    Aligned<Blocks> blocks_;             // T, N/m, of the derivative, between corners
     // Entries of the shell's column: K as it is weighed, but for scale_ where the damping is even.
     double scale_ = 1;
-    Unset<double> matrix_;     // 9 an entry
-    Unset<float> matrix_low_;  // likewise
+    Aligned<double> matrix_;     // 9 an entry
+    Aligned<float> matrix_low_;  // likewise
 };
 
 }  // namespace physics

@@ -73,7 +73,7 @@ TEST(CubeMass, OfBricksThatMoveIsThatOfTheirCubes)
     for (const Lumped of : {Lumped::mass, Lumped::damping}) {
         const auto expected = brick_momenta(of == Lumped::mass ? cubes : damped, v);
         const auto& lumped = of == Lumped::mass ? body.base.mass : body.base.mass_damping;
-        Aligned<double> excess(elasticity->room());
+        Aligned<double> excess(elasticity->room(), 0);
         ASSERT_TRUE(elasticity->excess(of, by_slot(body.base, v).data(), excess.data()));
         for (std::size_t k = 0; k < v.size(); ++k) {
             const std::size_t at = body.base.slot_of(k);
@@ -88,7 +88,7 @@ TEST(CubeMass, OfOnePointBricksIsLumped)
     const Cubes cubes = box(3, 2, 2, 0.1);
     const BricksBody body = make_bricks(cubes, {.element = BrickElement::one_point});
     const auto elasticity = elasticity_of(body, {});
-    Aligned<double> v(elasticity->room(), 1), y(elasticity->room());
+    Aligned<double> v(elasticity->room(), 1), y(elasticity->room(), 0);
     EXPECT_FALSE(elasticity->excess(Lumped::mass, v.data(), y.data()));
     State state = rest_state(body);
     for (std::size_t k = 0; k < state.v.size(); ++k) state.v[k] = Vec3(0, state.x[k].x(), 0);

@@ -315,10 +315,10 @@ TEST(BrickMatrices, TheirFactorAndDiagonalAreThoseOfTheKernels)
         std::vector<double> mass(n / 4, 1e3);
         ASSERT_TRUE(std::isfinite(elasticity.prepare_inverse(1, 0, mass, {})));
         const geometry::Random random(8);
-        Aligned<double> p(n), y(elasticity.room());
+        Aligned<double> p(n, 0), y(elasticity.room(), 0);
         for (std::size_t i = 0; i < n; ++i) p[i] = i % 4 < 3 ? random.unit(i) - 0.5 : 0;
         elasticity.multiply(p.data(), y.data());
-        Aligned<float> right(n), found(n);
+        Aligned<float> right(n, 0), found(n, 0);
         for (std::size_t i = 0; i < n; ++i) right[i] = float(y[i] + 1e3 * p[i]);
         elasticity.apply_inverse(right.data(), found.data());
         for (std::size_t k = 0; k < body.base.corners; ++k) {

@@ -133,7 +133,7 @@ TEST(OwnBricks, ForcesAndMomentaAreThoseOfTheirMatrices)
             }
         }
         elasticity.multiply(p.data(), q.data());
-        Aligned<double> n(elasticity.room());
+        Aligned<double> n(elasticity.room(), 0);
         EXPECT_TRUE(elasticity.excess(Lumped::mass, p.data(), n.data()));
         for (std::size_t k = 0; k < v.size(); ++k) {
             const std::size_t at = body.base.slot_of(k);
@@ -167,7 +167,7 @@ TEST(OwnBricks, ForcesAreTheSlopeOfTheEnergyInABentBody)
         for (int i = 0; i < 3; ++i) x[k][i] += 0.02 * (random.unit(3 * k + std::size_t(i)) - 0.5);
     }
     const auto at = by_slot(body.base, x);
-    Aligned<double> force(elasticity.room());
+    Aligned<double> force(elasticity.room(), 0);
     elasticity.forces(at.data(), force.data());
     double largest = 0;
     for (const double f : force) largest = std::max(largest, std::abs(f));

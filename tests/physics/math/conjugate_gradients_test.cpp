@@ -27,7 +27,7 @@ LinearSystem<float> chain()
 // The largest part of r = 1 that A x leaves over.
 double left_over(const LinearSystem<float>& system, const Aligned<float>& x)
 {
-    Aligned<float> y(n);
+    Aligned<float> y(n, 0);
     system.multiply(x.data(), y.data());
     double worst = 0;
     for (std::size_t i = 0; i < n; ++i) {

@@ -18,7 +18,7 @@ using namespace physics;
 Aligned<float> noise(std::size_t n, std::uint64_t seed)
 {
     const geometry::Random random(seed);
-    Aligned<float> out(n);
+    Aligned<float> out(n, 0);
     for (std::size_t i = 0; i < n; ++i) out[i] = static_cast<float>(random.unit(i) - 0.5);
     return out;
 }
@@ -27,13 +27,13 @@ Aligned<float> noise(std::size_t n, std::uint64_t seed)
 std::vector<double> everything(std::size_t n)
 {
     auto a = noise(n, 1), b = noise(n, 2), c = noise(n, 3), x = noise(n, 4), r = noise(n, 5);
-    Aligned<float> z(n);
+    Aligned<float> z(n, 0);
     std::vector<double> out;
     out.push_back(add_diagonal_times(n, a.data(), b.data(), c.data()));
     out.push_back(descend(n, 0.3f, a.data(), b.data(), c.data(), x.data(), r.data(), z.data()));
     out.push_back(dot(n, r.data(), z.data()));
     turn_direction(n, 0.7f, z.data(), a.data());
-    Aligned<float> y(32, 0.0f), dots(n / 32);
+    Aligned<float> y(32, 0.0f), dots(n / 32, 0);
     add_columns(32, n / 32, b.data(), c.data(), y.data());
     column_dots(32, n / 32, b.data(), y.data(), dots.data());
     for (const auto* v : {&a, &c, &x, &r, &z, &y, &dots}) {

@@ -75,7 +75,7 @@ TEST(Shell, ItsForcesAndTheirDerivativeAreThoseOfItsEnergy)
         shake(state, 0.03, 1);
         const Aligned<double> x = by_slot(body.base, state.x);
         const std::size_t n = body.base.numbers;
-        Aligned<double> f(n), more(n), less(n), p(n, 0), y(n), unused(n);
+        Aligned<double> f(n, 0), more(f), less(f), p(f), y(f), unused(f);
         const Random random(2);
         for (std::size_t k = 0; k < body.base.corners; ++k) {
             for (std::size_t i = 0; i < 3; ++i) p[4 * k + i] = 2 * random.unit(3 * k + i) - 1;
@@ -108,7 +108,7 @@ TEST(Shell, ChangesItsDerivativeWhereItStands)
     State state = rest_state(body);
     shake(state, 0.03, 1);
     const Aligned<double> x = by_slot(body.base, state.x), p = by_slot(body.base, state.x);
-    Aligned<double> f(body.base.numbers), fresh(body.base.numbers), changed(body.base.numbers);
+    Aligned<double> f(body.base.numbers, 0), fresh(f), changed(f);
     ShellElasticity positive(body, {}), whole(body, {});
     positive.forces(x.data(), f.data());
     positive.weigh(1, 0);
@@ -133,7 +133,7 @@ TEST(Shell, TheMatricesOfItsElementsAddUpToItsMatrix)
         State state = rest_state(body);
         shake(state, 0.03, 4);
         const std::size_t n = body.base.numbers;
-        Aligned<double> f(n), p(n, 0), y(n), diagonal(n, 0);
+        Aligned<double> f(n, 0), p(f), y(f), diagonal(f);
         elasticity.forces(by_slot(body.base, state.x).data(), f.data());
         elasticity.weigh(0.3, 7);
         for (std::size_t i = 0; i < n; ++i) p[i] = i % 4 == 3 ? 0 : std::sin(double(i));
@@ -389,7 +389,7 @@ TEST(Shell, WhatTouchesIsPartOfItsElements)
     const Cubes cubes = holed_sheet(1);
     const ShellBody body = make_shell(cubes);
     ShellElasticity elasticity(body, {});
-    Aligned<double> f(body.base.numbers);
+    Aligned<double> f(body.base.numbers, 0);
     elasticity.forces(body.base.rest.data(), f.data());
     elasticity.weigh(1, 0);
     std::vector<BrickMatrix> before, after;
