@@ -149,8 +149,8 @@ inline constexpr const char* shot_told =
     "the floor and the shadow hold the motion of all cooked frames.";
 inline constexpr const char* quality_told =
     "draft: one sample per pixel, hard shadows, no shade in corners. preview: one sample, and a "
-    "filter over the edges. standard: four samples per pixel where something changes; thin lines "
-    "stay whole. final: the mean of 16 pictures.";
+    "filter over the edges. standard: four samples per pixel where something changes; lines of a "
+    "fifth of a pixel and more stay whole. final: the mean of 16 pictures, thinner lines too.";
 inline constexpr const char* linear_told =
     "Whether the picture also has linear light, before tone mapping and without legend and label: "
     "WriteImage puts it into EXR files. whole: as it is seen, alpha 1. cut_out: without the "

@@ -55,7 +55,8 @@ std::vector<std::string> ffmpeg_words(const std::filesystem::path& list,
             "-f", "concat", "-safe", "0", "-i", list.string(),
             // What is said of the colours below must also be done to them: without a matrix named
             // here, scale takes BT.601's.
-            "-vf", "scale=trunc(iw/2)*2:trunc(ih/2)*2:flags=lanczos:out_color_matrix=bt709:out_range=tv",
+            // Of an odd size the last column or row is left out: scaled, all pixels would be blurred.
+            "-vf", "crop=trunc(iw/2)*2:trunc(ih/2)*2:0:0,scale=out_color_matrix=bt709:out_range=tv",
             "-r", rate.data(), "-frames:v", std::to_string(frames),
             "-c:v", "libx264", "-preset", "veryfast", "-crf", std::to_string(quality),
             "-pix_fmt", "yuv420p", "-color_range", "tv", "-colorspace", "bt709", "-color_primaries", "bt709",

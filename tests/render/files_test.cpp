@@ -196,6 +196,32 @@ TEST(Video, IsMadeOfOddPicturesToo)
     EXPECT_EQ(std::system(count.c_str()), 0);
 }
 
+TEST(Video, OfOddPicturesKeepsThePixelsThatItHolds)
+{
+    if (std::system("ffmpeg -version >/dev/null 2>&1") != 0) GTEST_SKIP() << "there is no ffmpeg";
+    const Folder folder("stripes");
+    render::Image image{33, 21, {}};
+    for (int i = 0; i < 33 * 21; ++i) {
+        const std::uint8_t grey = i % 33 % 2 == 0 ? 220 : 40;
+        image.rgba.insert(image.rgba.end(), {grey, grey, grey, 255});
+    }
+    const fs::path picture = folder.path / "0.png", video = folder.path / "v.mp4",
+                   raw = folder.path / "raw";
+    render::write_png(picture, image);
+    ASSERT_TRUE(render::write_video(video, {picture}, 24, 1));
+    const std::string decode =
+        "ffmpeg -loglevel error -i '" + video.string() +
+        "' -vf scale=in_color_matrix=bt709:in_range=tv -f rawvideo -pix_fmt rgb24 '" +
+        raw.string() + "'";
+    ASSERT_EQ(std::system(decode.c_str()), 0);
+    std::ifstream in(raw, std::ios::binary);
+    const std::vector<char> bytes{std::istreambuf_iterator<char>(in), {}};
+    ASSERT_EQ(bytes.size(), std::size_t(32 * 20 * 3));
+    for (std::size_t x = 0; x < 32; ++x) {
+        EXPECT_NEAR(std::uint8_t(bytes[(10 * 32 + x) * 3 + 1]), x % 2 == 0 ? 220 : 40, 6) << x;
+    }
+}
+
 // Five plain colours, decoded as the video's own tags say: 8-bit video levels are 255 / 219 of a
 // level wide, so each of them comes back within 2 of 255.
 TEST(Video, HasTheColoursOfItsPictures)
