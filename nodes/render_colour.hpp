@@ -51,7 +51,8 @@ inline void describe(graph::ParamsOf<ColourParams>& p)
         .choice(
             "range", &ColourParams::range, {"fit", "fixed", "percentile"},
             "`fit` holds the values of each frame, of all that has the attribute, widened to round "
-            "numbers; `fixed` runs from `low` to `high`, so that frames can be compared; "
+            "numbers, and 0 where they come near it; `fixed` runs from `low` to `high`, so that "
+            "frames can be compared; "
             "`percentile` holds the values of "
             "each frame but the lowest and the highest, so that a few extremes do not take all "
             "colours: these have the colours of its ends. Where fewer than these differ at all, "
@@ -110,18 +111,19 @@ inline ::render::Legend legend_for(const ColourParams& colour, const geometry::A
 {
     ::render::Legend legend{values.name, values.unit, {colour.map, 0, 1}, {}};
     float &low = legend.scale.low, &high = legend.scale.high;
+    const bool diverging = colour.map == ::render::ColourMap::diverging;
     if (colour.range == ColourParams::Range::fixed) {
         const std::string wrong = wrong_range(colour.low, colour.high);
         if (!wrong.empty()) throw std::invalid_argument("colour.low: " + wrong);
         low = static_cast<float>(colour.low);
         high = static_cast<float>(colour.high);
     } else if (colour.range == ColourParams::Range::fit) {
-        const auto range = ::render::round_range(values.values);
+        const auto range = ::render::round_range(values.values, diverging);
         low = range[0], high = range[1];
     } else {
         const auto range = ::render::percentile_range(values.values, colour.clip);
         low = range.ends[0], high = range.ends[1];
-        const bool even = colour.map == ::render::ColourMap::diverging && low < 0 && high > 0;
+        const bool even = diverging && low < 0 && high > 0;
         if (even) high = std::max(-low, high), low = -high;
         if (range.clips) legend.note = (even ? "at least " : "") + percentiles_told(colour.clip);
     }

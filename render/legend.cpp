@@ -4,16 +4,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace render {
 namespace {
 
-// 1, 2 or 5 times a power of ten, not smaller than x > 0.
+// 1, 2 or 5 times a power of ten, not smaller than x > 0 but by the rounding of floats.
 double round_up(double x)
 {
     const double power = std::pow(10, std::floor(std::log10(x)));
     for (const double digit : {1.0, 2.0, 5.0}) {
-        if (digit * power >= x * (1 - 1e-9)) return digit * power;
+        if (digit * power >= x * (1 - 1e-6)) return digit * power;
     }
     return 10 * power;
 }
@@ -25,6 +26,25 @@ int last_power(double spacing)
     const int power = int(std::floor(std::log10(spacing) + 1e-9));
     const double digit = spacing / std::pow(10, power);
     return std::abs(digit - std::round(digit)) > 1e-6 ? power - 1 : power;
+}
+
+// Whether they are more apart than by rounding.
+bool differ(double low, double high)
+{
+    return high - low > 1e-6 * std::max(std::abs(low), std::abs(high));
+}
+
+// At most half of what floats hold, so that they hold the length of a range too.
+float held(double v)
+{
+    return float(std::clamp(v, -1.6e38, 1.6e38));
+}
+
+// Ends that are multiples of a round number, about a quarter of the length.
+std::array<float, 2> away_from_0(double low, double high)
+{
+    const double step = round_up((high - low) / 4);
+    return {held(step * std::floor(low / step + 1e-6)), held(step * std::ceil(high / step - 1e-6))};
 }
 
 // Where a legend goes, pixels.
@@ -112,17 +132,28 @@ std::string tick_text(double value, double spacing)
     return text.data();
 }
 
-std::array<float, 2> round_range(const std::vector<float>& values)
+std::array<float, 2> round_range(const std::vector<float>& values, bool even)
 {
-    double low = 0, high = 0;
+    double low = std::numeric_limits<double>::infinity(), high = -low;
     for (const float v : values) {
         if (!std::isfinite(v)) continue;
         low = std::min(low, double(v));
         high = std::max(high, double(v));
     }
-    if (low == 0 && high == 0) return {0, 1};
-    const double reach = std::min(round_up(std::max(high, -low)), 3e38);
-    return {low < 0 ? float(-reach) : 0.0f, float(reach)};
+    if (low > high || (low == 0 && high == 0)) return {0, 1};
+    if (const double dust = 1e-3 * (high - low); dust > 0) {
+        if (low < 0 && -low < dust) low = 0;
+        if (high > 0 && high < dust) high = 0;
+    }
+    if (low < 0 && high > 0) {
+        if (even) high = std::max(high, -low), low = -high;
+        return {held(-round_up(-low)), held(round_up(high))};
+    }
+    const double near = std::min(std::abs(low), std::abs(high));
+    const double far = std::max(std::abs(low), std::abs(high));
+    if (near > 0.3 * far && differ(low, high)) return away_from_0(low, high);
+    if (high > 0) return {0, held(round_up(high))};
+    return {held(-round_up(-low)), 0};
 }
 
 ClippedRange percentile_range(std::vector<float> values, double clip)
@@ -134,11 +165,6 @@ ClippedRange percentile_range(std::vector<float> values, double clip)
         std::nth_element(values.begin(), values.begin() + place, values.end());
         return double(values[std::size_t(place)]);
     };
-    const auto differ = [](double low, double high) {
-        return high - low > 1e-6 * std::max(std::abs(low), std::abs(high));
-    };
-    // Half of what floats hold, so that they hold the length too.
-    const auto held = [](double v) { return float(std::clamp(v, -1.6e38, 1.6e38)); };
     const double least = at(0), most = at(1), low = at(clip), high = at(1 - clip);
     if (differ(low, high)) return {{held(low), held(high)}, least < low || most > high};
     if (differ(least, most)) return {{held(least), held(most)}};

@@ -19,10 +19,13 @@ std::vector<double> ticks(double low, double high, int count);
 // `value` in as few characters as tell it from others `spacing` away: "0.25", "1.2e+09".
 std::string tick_text(double value, double spacing);
 
-// The interval of `values` widened to round numbers, so that it does not flicker from frame to
-// frame: 0 to 1, 2 or 5 times a power of ten; both sides of 0 alike when there are values below it.
-// Numbers that are not finite are passed over; without any others 0 to 1.
-std::array<float, 2> round_range(const std::vector<float>& values);
+// The interval of `values` widened to round numbers, so that it flickers less from frame to frame.
+// Its ends are 0, or 1, 2 or 5 times a power of ten; where all values are farther from 0 than 0.3
+// of the farthest one, multiples of a round number. Values alike start at 0. `even`: with values of
+// both signs it reaches equally far to either side of 0. What is beyond 0 by less than a thousandth
+// of the interval is taken as 0. Numbers that are not finite are passed over; without any others
+// 0 to 1.
+std::array<float, 2> round_range(const std::vector<float>& values, bool even = false);
 
 struct ClippedRange {
     std::array<float, 2> ends;

@@ -57,12 +57,39 @@ TEST(Legend, RangesAreRoundAndHoldAllThatIsFinite)
 {
     using Range = std::array<float, 2>;
     EXPECT_EQ(render::round_range({0.1f, 3.7f}), (Range{0, 5}));
-    EXPECT_EQ(render::round_range({-0.013f, 0.002f}), (Range{-0.02f, 0.02f}));
+    EXPECT_EQ(render::round_range({-0.013f, 0.002f}), (Range{-0.02f, 0.002f}));
+    EXPECT_EQ(render::round_range({-0.013f, 0.002f}, true), (Range{-0.02f, 0.02f}));
+    EXPECT_EQ(render::round_range({-3.7f, -0.1f}), (Range{-5, 0}));
     EXPECT_EQ(render::round_range({1.0f, no_value, std::numeric_limits<float>::infinity()}),
               (Range{0, 1}));
     EXPECT_EQ(render::round_range({}), (Range{0, 1}));
     EXPECT_EQ(render::round_range({0, no_value}), (Range{0, 1}));
     EXPECT_TRUE(std::isfinite(render::round_range({3.3e38f})[1]));
+}
+
+// 10 K at 300 K: a quarter of them is 2.5, rounded up to 5. Where the least is up to 0.3 of the
+// greatest, as stress and displacement are, the range starts at 0; so it does where all are alike.
+TEST(Legend, RangesFarFrom0DoNotHoldIt)
+{
+    using Range = std::array<float, 2>;
+    EXPECT_EQ(render::round_range({295, 305, 301}), (Range{295, 305}));
+    EXPECT_EQ(render::round_range({296.2f, 304}), (Range{296, 304}));
+    EXPECT_EQ(render::round_range({-305, -295}), (Range{-305, -295}));
+    EXPECT_EQ(render::round_range({295, 305}, true), (Range{295, 305}));
+    EXPECT_EQ(render::round_range({1, 3.4f}), (Range{0, 5}));
+    EXPECT_EQ(render::round_range({300, 300}), (Range{0, 500}));
+    EXPECT_EQ(render::round_range({300, 300.0001f}), (Range{0, 500}));
+    EXPECT_EQ(render::round_range({-300, -300}), (Range{-500, 0}));
+}
+
+TEST(Legend, DustBeyond0DoesNotWidenARange)
+{
+    using Range = std::array<float, 2>;
+    EXPECT_EQ(render::round_range({-1e-7f, 2}), (Range{0, 2}));
+    EXPECT_EQ(render::round_range({-1e-7f, 2}, true), (Range{0, 2}));
+    EXPECT_EQ(render::round_range({-1000, 0.3f}), (Range{-1000, 0}));
+    EXPECT_EQ(render::round_range({-3, 1000}), (Range{-5, 1000}));
+    EXPECT_EQ(render::round_range({0, 0.2f}), (Range{0, 0.2f}));
 }
 
 // Of 0 to 999 and two wild values, 2 % at each end are 20: what is left runs from 19 to 980.
@@ -77,7 +104,7 @@ TEST(Legend, APercentileLeavesOutTheExtremes)
     EXPECT_EQ(render::percentile_range({5, 6, 7, 8, 9}, 0).ends, (Range{5, 9}));
     EXPECT_FALSE(render::percentile_range({5, 6, 7, 8, 9}, 0).clips);
     EXPECT_EQ(render::percentile_range({5, 6, 7, 8, 9}, 0.25).ends, (Range{6, 8}));
-    // It neither starts at 0 nor is even about it, as a range of all does.
+    // Its ends are not rounded.
     EXPECT_EQ(render::percentile_range({-30, -20, 40}, 0).ends, (Range{-30, 40}));
     // Without a length there is nothing to clip.
     EXPECT_EQ(render::percentile_range({3, 3, 3}, 0.02).ends, render::round_range({3}));
