@@ -1,6 +1,7 @@
 #include "graph/document/frame_path.hpp"
 #include "graph/document/json.hpp"
 #include "graph/types/node_builder.hpp"
+#include "nodes/render_forces.hpp"
 #include "nodes/render_hints.hpp"
 #include "nodes/render_inputs.hpp"
 #include "nodes/render_things.hpp"
@@ -173,7 +174,8 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     scene.stage =
         ::render::stage_of(in.shot ? in.shot.get() : in.rest.get(), in.cubes.get(), drawn, floor);
     add_ghost(scene, in.show, in.rest, in.mesh, in.layout);
-    add_loads(scene, in.show, {in.pins, in.forces, in.colliders}, in.cubes.get(), in.ground.kind);
+    add_loads(scene, in.show, {in.pins, forces_now(in), in.colliders}, in.cubes.get(),
+              in.ground.kind);
     scene.ground = ground_height(in.ground, scene.stage, floor);
     if (!in.legend) scene.legend.reset();
     scene.label = burn_in_text(in.burn_in, in.values, context.frame(), context.time(),
@@ -211,6 +213,10 @@ constexpr const char* burn_in_told =
     "What else is written there, above the label: a line for each number of `values`, and what is "
     "asked for here.";
 
+constexpr const char* forces_told =
+    "Forces to draw as arrows. Those at a place of the rest shape go with the material there: by "
+    "`cubes` and `state`, or else by a mesh of as many vertices as `rest`.";
+
 void add_to(graph::Registry& registry)
 {
     registry.add("Render", 2, run)
@@ -231,7 +237,7 @@ void add_to(graph::Registry& registry)
                graph::Need::optional)
         .input("points", &Inputs::points, "Points to draw as small balls.", graph::Need::optional)
         .inputs("pins", &Inputs::pins, "Pinned corners to mark.")
-        .inputs("forces", &Inputs::forces, "Forces to draw as arrows.")
+        .inputs("forces", &Inputs::forces, forces_told)
         .inputs("colliders", &Inputs::colliders, "Colliders to draw; a level plane is the floor.")
         .inputs("before", &Inputs::before, before_told)
         .inputs("values", &Inputs::values, "Numbers to show in the picture, as Measure gives them.")

@@ -1,6 +1,8 @@
 #include "render/marker.hpp"
 
 #include "geometry/mesh/measure.hpp"
+#include "render/carried_force.hpp"
+#include "tests/physics/cube_fixtures.hpp"
 
 #include <gtest/gtest.h>
 
@@ -98,6 +100,55 @@ TEST(Marker, NotesOfForcesSayHowStrongTheyAre)
     EXPECT_EQ(render::force_arrows(force, unit_box(), 10).size(), 6u);
     force.kind = physics::Force::Kind::torque;  // has no arrow
     EXPECT_FALSE(render::force_note(force, unit_box(), 10));
+}
+
+// A body that is turned by a right angle about z and moved takes each place with it; what stands
+// out of it too.
+TEST(Marker, AForceGoesWithTheMaterialThatItActsOn)
+{
+    const geometry::Cubes cubes = fixtures::box(2, 2, 2, 0.5);
+    render::CarriedPoints corners{geometry::corner_positions(cubes), {}};
+    geometry::Transform motion = geometry::Transform::Identity();
+    motion.linear() << 0, -1, 0, 1, 0, 0, 0, 0, 1;
+    motion.translation() = Vec3(3, 0, 0.5);
+    for (const Vec3& p : corners.rest) corners.now.push_back(motion * p);
+    physics::Force force;
+    force.kind = physics::Force::Kind::point;
+    force.force = {-10, 0, 0};
+    force.torque = {2, 0, 0};
+    for (const Vec3& place : {Vec3(0.3, 0.2, 0.6), Vec3(1.1, 0.2, 0.6), Vec3(0, 0, 0)}) {
+        for (const double radius : {0.0, 0.3, 2.0}) {
+            force.position = place;
+            const auto found = render::motion_at(cubes, corners, place, radius, true);
+            ASSERT_TRUE(found);
+            const physics::Force now = render::carried(force, *found);
+            EXPECT_LT((now.position - motion * place).norm(), 1e-12);
+            EXPECT_EQ(now.force, force.force);
+            const auto by_points = render::motion_at(corners, place, radius);
+            EXPECT_TRUE(by_points.isApprox(motion, 1e-12));
+            force.follow = true;
+            const physics::Force turned = render::carried(force, *found);
+            EXPECT_LT((turned.force - Vec3(0, -10, 0)).norm(), 1e-12);
+            EXPECT_LT((turned.torque - Vec3(0, 2, 0)).norm(), 1e-12);
+            force.follow = false;
+        }
+    }
+    const Vec3 far(9, 0, 0);
+    EXPECT_FALSE(render::motion_at(cubes, corners, far, 0.3, true));
+    EXPECT_TRUE(render::motion_at(cubes, corners, far, 0.3, false));
+}
+
+// Twice as long along x: the place in the middle of a cube goes with its material.
+TEST(Marker, AForceGoesWithTheMaterialWithinACube)
+{
+    const geometry::Cubes cubes = fixtures::box(1, 1, 1, 1);
+    render::CarriedPoints corners{geometry::corner_positions(cubes), {}};
+    for (const Vec3& p : corners.rest) corners.now.emplace_back(2 * p.x(), p.y(), p.z());
+    const Vec3 place = cubes.origin + Vec3(0.25, 0.5, 0.5);
+    const auto motion = render::motion_at(cubes, corners, place, 0, false);
+    ASSERT_TRUE(motion);
+    EXPECT_LT((*motion * place - Vec3(2 * place.x(), place.y(), place.z())).norm(), 1e-12);
+    EXPECT_LT((motion->linear() - geometry::Mat3::Identity()).norm(), 1e-12);
 }
 
 TEST(Marker, AGhostIsClearAndCastsNoShadow)
