@@ -173,6 +173,7 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     const auto floor = ::render::solid_floor(in.colliders);
     scene.stage =
         ::render::stage_of(in.shot ? in.shot.get() : in.rest.get(), in.cubes.get(), drawn, floor);
+    if (scene.stage.empty() && in.show.forces) scene.stage = stage_of_forces(in.forces);
     add_ghost(scene, in.show, in.rest, in.mesh, in.layout);
     add_loads(scene, in.show, {in.pins, forces_now(in), in.colliders}, in.cubes.get(),
               in.ground.kind);
@@ -214,8 +215,9 @@ constexpr const char* burn_in_told =
     "asked for here.";
 
 constexpr const char* forces_told =
-    "Forces to draw as arrows. Those at a place of the rest shape go with the material there: by "
-    "`cubes` and `state`, or else by a mesh of as many vertices as `rest`.";
+    "Forces to draw as arrows, a torque as one with two heads along its axis. Those at a place of "
+    "the rest shape go with the material there: by `cubes` and `state`, or else by a mesh of as "
+    "many vertices as `rest`.";
 
 void add_to(graph::Registry& registry)
 {

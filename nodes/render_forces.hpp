@@ -40,6 +40,21 @@ inline std::optional<::render::CarriedPoints> carried_points(const Inputs& in)
     return out;
 }
 
+// The stage where nothing but forces is linked: what they reach, or a metre about the origin.
+inline geometry::Box stage_of_forces(const std::vector<graph::Wire<physics::Force>>& forces)
+{
+    geometry::Box box;
+    for (const auto& force : forces) {
+        if (!acts_at_rest_place(*force) && force->kind != physics::Force::Kind::radial) continue;
+        const Vec3 reach = Vec3::Constant(std::max(force->radius, 1e-3));
+        box.add(force->position - reach), box.add(force->position + reach);
+    }
+    if (box.empty() && !forces.empty()) {
+        box.add(Vec3::Constant(-0.5)), box.add(Vec3::Constant(0.5));
+    }
+    return box;
+}
+
 // Of a state of several bodies, forces far from these cubes stay: they act on others.
 inline std::vector<graph::Wire<physics::Force>> forces_now(const Inputs& in)
 {

@@ -27,8 +27,8 @@ inline void describe(graph::ParamsOf<ShowParams>& p)
     p.param("pins", &ShowParams::pins, "Whether linked pins are marked.")
         .param("forces", &ShowParams::forces, "Whether linked forces are drawn as arrows.")
         .param("force_values", &ShowParams::force_values,
-               "Whether the tips of these arrows have numbers: how strong a force, a wind or a "
-               "gravity is.")
+               "Whether the tips of these arrows have numbers: how strong a force, a torque, a "
+               "wind or a gravity is.")
         .param("colliders", &ShowParams::colliders, "Whether linked colliders are drawn.")
         .param("collider_opacity", &ShowParams::collider_opacity,
                "Opacity of linked colliders, so that what lies behind them is seen; below 1 they "

@@ -15,6 +15,11 @@ namespace render {
 
 using geometry::Transform;
 
+static double head_length(double length, double width)
+{
+    return std::min(1.6 * width, 0.5 * length);
+}
+
 TriMesh arrow(const Vec3& from, const Vec3& to, double width)
 {
     TriMesh mesh;
@@ -22,7 +27,7 @@ TriMesh arrow(const Vec3& from, const Vec3& to, double width)
     const double length = along.norm();
     if (!(length > 0) || !std::isfinite(length)) return mesh;
     const Vec3 axis = along / length, side = axis.unitOrthogonal(), up = axis.cross(side);
-    const double head = std::min(1.6 * width, 0.5 * length);
+    const double head = head_length(length, width);
 
     // A profile turned about the axis: distance along it and radius.
     const std::array<std::array<double, 2>, 6> profile = {{{0, 0},
@@ -107,6 +112,19 @@ std::vector<ForceArrow> radial_arrows(const physics::Force& force, const Box& st
     return out;
 }
 
+// Along its axis, with a second head behind the first, so that it is told from a force: an arrow
+// within the arrow, which comes first.
+std::vector<ForceArrow> torque_arrows(const physics::Force& force, const Box& stage, double half)
+{
+    const double amount = force.torque.norm();
+    const double length = arrow_length(stage.diagonal(), amount, half);
+    if (!(length > 0)) return {};
+    const Vec3 axis = force.torque / amount;
+    const double to_second = length - 0.9 * head_length(length, arrow_width(stage));
+    return {{force.position, force.position + to_second * axis},
+            {force.position, force.position + length * axis}};
+}
+
 std::vector<ForceArrow> arrows_of(const physics::Force& force, const Box& stage, double weight)
 {
     using Kind = physics::Force::Kind;
@@ -116,6 +134,9 @@ std::vector<ForceArrow> arrows_of(const physics::Force& force, const Box& stage,
         const double newtons = force.force.norm();
         const double length = arrow_length(size, newtons, std::max(weight, 1e-9));
         if (newtons > 0) return {{force.position - length / newtons * force.force, force.position}};
+    }
+    if (force.kind == Kind::torque) {
+        return torque_arrows(force, stage, std::max(0.5 * size * weight, 1e-9));
     }
     if (force.kind == Kind::radial) return radial_arrows(force, stage);
     if (force.kind == Kind::gravity) {
@@ -138,19 +159,32 @@ std::vector<TriMesh> force_arrows(const physics::Force& force, const Box& stage,
     return out;
 }
 
-std::optional<Note> force_note(const physics::Force& force, const Box& stage, double weight)
+static std::string strength_of(const physics::Force& force)
 {
     using Kind = physics::Force::Kind;
+    switch (force.kind) {
+    case Kind::wind:
+        return quantity_text(force.velocity.norm(), "m/s");
+    case Kind::point:
+        return quantity_text(force.force.norm(), "N");
+    case Kind::torque:
+        return quantity_text(force.torque.norm(), "N m");
+    case Kind::radial:
+        return quantity_text(std::hypot(force.outward, force.swirl.norm()), "m/s^2");
+    case Kind::pressure:
+        return quantity_text(force.pressure, "Pa");
+    case Kind::gravity:
+        break;
+    }
+    return quantity_text(force.acceleration.norm(), "m/s^2");
+}
+
+std::optional<Note> force_note(const physics::Force& force, const Box& stage, double weight)
+{
     const auto arrows = arrows_of(force, stage, weight);
     if (arrows.empty()) return std::nullopt;
     const ForceArrow& middle = arrows[arrows.size() / 2];
-    const std::string text =
-        force.kind == Kind::point  ? quantity_text(force.force.norm(), "N")
-        : force.kind == Kind::wind ? quantity_text(force.velocity.norm(), "m/s")
-        : force.kind == Kind::radial
-            ? quantity_text(std::hypot(force.outward, force.swirl.norm()), "m/s^2")
-            : quantity_text(force.acceleration.norm(), "m/s^2");
-    return Note{middle.from, middle.tip, 0.5 * arrow_width(stage), text};
+    return Note{middle.from, middle.tip, 0.5 * arrow_width(stage), strength_of(force)};
 }
 
 std::shared_ptr<const TriMesh> collider_surface(const physics::Collider& collider, const Box& stage)

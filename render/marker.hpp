@@ -14,9 +14,10 @@ namespace render {
 TriMesh arrow(const Vec3& from, const Vec3& to, double width);
 
 // Arrows for a force, sized for the stage: a wind blows in from the side it comes from, a point
-// force presses on its place, gravity stands beside the stage. `weight` (N) is the force that gets
-// an arrow of half the greatest length; none is shorter than a quarter of that. Empty when the
-// force is zero.
+// force presses on its place, gravity stands beside the stage; a torque has two heads, along its
+// axis from its place on. `weight` (N), or at half of the stage's diagonal (N m), is what gets an
+// arrow of half the greatest length; none is shorter than a quarter of that. Empty when the force
+// is zero.
 std::vector<TriMesh> force_arrows(const physics::Force& force, const Box& stage, double weight);
 
 // How strong the force is, beside the tip of its arrow, or of the middle one of several. Nothing

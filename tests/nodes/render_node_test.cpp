@@ -185,56 +185,6 @@ TEST(RenderNode, OneScaleHoldsTheValuesOfAllThatIsDrawn)
     }
 }
 
-// Blue pixels of the arrow, right of the middle: the body has moved there, and its force with it.
-TEST(RenderNode, TheArrowOfAForceIsWhereTheMaterialIs)
-{
-    physics::Force force;
-    force.kind = physics::Force::Kind::point;
-    force.force = {0, -1e6, 0};
-    force.position = {0.5, 1, 0.5};
-    NodeRun render("Render");
-    render.param("width").is = std::int64_t{192};
-    render.param("height").is = std::int64_t{96};
-    render.param("look").is = std::string("plain");
-    render.param("ground.kind").is = std::string("none");
-    render.param("camera.kind").is = std::string("look_at");
-    render.param("camera.eye").is = std::array<double, 3>{1.5, 1, 9};
-    render.param("camera.target").is = std::array<double, 3>{1.5, 1, 0};
-    render.param("backdrop.top").is = std::array<double, 3>{0, 0, 0};
-    render.param("backdrop.horizon").is = std::array<double, 3>{0, 0, 0};
-    render.param("cube.draw").is = std::string("none");
-    render.inputs["forces"] = {graph::Value::of(force)};
-    const auto blue_from_middle = [&] {
-        const auto image = render.run().as<::render::Image>();
-        double sum = 0, count = 0;
-        for (std::size_t i = 0; i < image->rgba.size(); i += 4) {
-            if (int(image->rgba[i + 2]) - int(image->rgba[i]) < 30) continue;
-            sum += double(i / 4 % 192) - 95.5, ++count;
-        }
-        return count > 0 ? sum / count : 0.0;
-    };
-    const geometry::Cubes cubes = fixtures::box(2, 2, 2, 0.5);
-    render.inputs["cubes"] = {graph::Value::of(cubes)};
-    EXPECT_LT(blue_from_middle(), -5);
-    physics::State state;
-    for (const auto& p : geometry::corner_positions(cubes)) {
-        state.x.push_back(p + geometry::Vec3(2, 0, 0));
-    }
-    state.v.resize(state.x.size(), geometry::Vec3::Zero());
-    render.inputs["state"] = {graph::Value::of(state)};
-    EXPECT_GT(blue_from_middle(), 5);
-    // Without cubes a mesh tells.
-    render.inputs["cubes"].clear(), render.inputs["state"].clear();
-    const geometry::TriMesh rest = geometry::box({1, 1, 1}, {1, 1, 1});
-    geometry::TriMesh moved = rest;
-    for (Vec3f& p : moved.positions) p.x() += 2;
-    render.inputs["rest"] = {graph::Value::of(rest)};
-    render.inputs["mesh"] = {graph::Value::of(rest)};
-    EXPECT_LT(blue_from_middle(), -5);
-    render.inputs["mesh"] = {graph::Value::of(moved)};
-    EXPECT_GT(blue_from_middle(), 5);
-}
-
 // Also where one end is the default or moves, which only a run knows.
 TEST(RenderNode, ARangeOfColoursThatRunsDownIsRefused)
 {

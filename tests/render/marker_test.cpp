@@ -75,6 +75,25 @@ TEST(Marker, ForcesPointWhereTheyPush)
     EXPECT_TRUE(render::force_arrows(force, unit_box(), 0).empty());
 }
 
+// 0.5 sqrt(3) m at 10 N is what half of the greatest length, 0.12 of the diagonal, stands for.
+TEST(Marker, ATorqueIsAnArrowAlongItsAxisWithTwoHeads)
+{
+    physics::Force force;
+    force.kind = physics::Force::Kind::torque;
+    force.position = {0.2, 1, 0};
+    force.torque = {0, 5 * std::sqrt(3), 0};
+    const auto arrows = render::force_arrows(force, unit_box(), 10);
+    ASSERT_EQ(arrows.size(), 2u);
+    const Box whole = geometry::bounds(arrows[1]), second = geometry::bounds(arrows[0]);
+    EXPECT_NEAR(whole.lo.y(), 1, 1e-6);
+    EXPECT_NEAR(whole.size().y(), 0.12 * std::sqrt(3), 1e-6);
+    EXPECT_NEAR(second.lo.y(), 1, 1e-6);
+    EXPECT_LT(second.hi.y(), whole.hi.y() - 0.04 * std::sqrt(3));
+    EXPECT_GT(second.size().y(), 0.5 * whole.size().y());
+    force.torque = {0, -1e-6, 0};
+    EXPECT_LT(geometry::bounds(render::force_arrows(force, unit_box(), 10)[1]).lo.y(), 0.9);
+}
+
 TEST(Marker, NotesOfForcesSayHowStrongTheyAre)
 {
     physics::Force force;
@@ -98,8 +117,10 @@ TEST(Marker, NotesOfForcesSayHowStrongTheyAre)
     force.outward = -3, force.swirl = {0, 4, 0};
     EXPECT_EQ(render::force_note(force, unit_box(), 10)->text, "5 m/s^2");
     EXPECT_EQ(render::force_arrows(force, unit_box(), 10).size(), 6u);
-    force.kind = physics::Force::Kind::torque;  // has no arrow
+    force.kind = physics::Force::Kind::torque;
     EXPECT_FALSE(render::force_note(force, unit_box(), 10));
+    force.torque = {0, 30, 40};
+    EXPECT_EQ(render::force_note(force, unit_box(), 10)->text, "50 N m");
 }
 
 // A body that is turned by a right angle about z and moved takes each place with it; what stands
