@@ -435,7 +435,11 @@ void add_to(graph::Registry& registry)
 
 std::string nodes::unit_of(const graph::Node& node)
 {
+    return unit_of(graph::LinkedNode{{}, node.name, node.type, &node.params});
+}
+
+std::string nodes::unit_of(const graph::LinkedNode& node)
+{
     if (node.type->name != "Measure") return {};
-    const graph::LinkedNode known{{}, node.name, node.type, &node.params};
-    return std::string(measure::unit_of_quantity(known.text("what")));
+    return std::string(measure::unit_of_quantity(node.text("what")));
 }

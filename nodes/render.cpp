@@ -7,6 +7,7 @@
 #include "nodes/render_things.hpp"
 #include "nodes/render_unseen.hpp"
 #include "nodes/render_upgrade.hpp"
+#include "nodes/units.hpp"
 #include "render/draw.hpp"
 #include "render/four_views.hpp"
 #include "render/stage.hpp"
@@ -110,6 +111,21 @@ constexpr const char* layers_told =
 constexpr const char* nothing_to_draw =
     "there is nothing to draw: link a mesh, layers, cubes, points, pins, forces or colliders";
 
+// Empty where none has one, or some are not known.
+static std::string units_of_values(const graph::Setting& setting)
+{
+    std::string units;
+    std::size_t numbers = 0;
+    bool any = false;
+    for (const graph::LinkedNode& source : setting.sources) {
+        if (source.input != "values") continue;
+        const std::string unit = unit_of(source);
+        any = any || !unit.empty();
+        units += (numbers++ > 0 ? "," : "") + unit;
+    }
+    return any && numbers == setting.links_of("values") ? units : std::string();
+}
+
 static graph::Faults check(const Inputs& in, const graph::Setting& setting)
 {
     if (in.show.ghost > 0 && !setting.links("rest")) {
@@ -117,6 +133,11 @@ static graph::Faults check(const Inputs& in, const graph::Setting& setting)
     }
     const std::string wrong = wrong_names(in.burn_in.names, setting.links_of("values"));
     if (!wrong.empty()) return {{"burn_in.names", wrong}};
+    BurnInParams burn_in = in.burn_in;
+    if (burn_in.units.empty()) burn_in.units = units_of_values(setting);
+    if (setting.complete) setting.complete("burn_in.units", burn_in.units);
+    const std::string units = wrong_units(burn_in, setting.links_of("values"));
+    if (!units.empty()) return {{"burn_in.names", units}};
     const std::string still =
         wrong_before(in.motion_blur, setting.links_of("mesh"), setting.links_of("before"));
     if (!still.empty()) return {{"motion_blur.shutter", still}};

@@ -5,6 +5,7 @@
 #include "graph/document/json.hpp"
 #include "graph/types/param_builder.hpp"
 #include "graph/types/value.hpp"
+#include "nodes/named_units.hpp"
 #include "nodes/scene_seconds.hpp"
 #include "render/captions.hpp"
 
@@ -23,7 +24,7 @@ struct BurnInParams {
     std::string scene;
     bool frame = false, seconds = false;
     double slow_motion = 0;
-    std::string names;
+    std::string names, units = {};
 };
 
 inline void describe(graph::ParamsOf<BurnInParams>& p)
@@ -40,9 +41,14 @@ inline void describe(graph::ParamsOf<BurnInParams>& p)
                "shown with `seconds` alone. Where several have different ones, or `dt` moves, "
                "that is 1.",
                {0, 1e6})
-        .param("names", &BurnInParams::names,
-               "Names of `values`, parted by commas, with their units in brackets: `tip (m), force "
-               "(N)`. Empty: those of the nodes that they come from.");
+        .param(
+            "names", &BurnInParams::names,
+            "Names of `values`, parted by commas, with the units to show them in in brackets: `tip "
+            "(mm), force (kN)`. Empty: those of the nodes that they come from.")
+        .param("units", &BurnInParams::units,
+               "Units that `values` have as they are linked, parted by commas: numbers are turned "
+               "from these into those of `names`. Empty: as Measure has them; of attributes it has "
+               "none, and the unit in `names` is shown as it is.");
 }
 
 // Numbers that a document gives no names have those of the nodes that they come from, with the
@@ -72,36 +78,6 @@ inline void name_values(graph::Json& node)
     if (said && said->text() && said->text()->empty()) said->is = std::move(names);
 }
 
-struct NamedUnit {
-    std::string name, unit;
-};
-
-// "tip (m)" as its two parts.
-inline NamedUnit named_unit(std::string_view text)
-{
-    const auto trimmed = [](std::string_view t) {
-        while (!t.empty() && t.front() == ' ') t.remove_prefix(1);
-        while (!t.empty() && t.back() == ' ') t.remove_suffix(1);
-        return std::string(t);
-    };
-    const std::string whole = trimmed(text);
-    const auto open = whole.rfind('(');
-    if (open == std::string::npos || whole.back() != ')') return {whole, ""};
-    const std::string_view rest = whole;
-    return {trimmed(rest.substr(0, open)), trimmed(rest.substr(open + 1, whole.size() - open - 2))};
-}
-
-inline std::vector<NamedUnit> named_units(std::string_view names)
-{
-    std::vector<NamedUnit> out;
-    while (!names.empty()) {
-        const auto comma = names.find(',');
-        out.push_back(named_unit(names.substr(0, comma)));
-        names = comma == std::string_view::npos ? "" : names.substr(comma + 1);
-    }
-    return out;
-}
-
 using Numbers = std::vector<graph::Wire<double>>;
 
 // Why `names` do not suit so many linked numbers; empty: each has a name, or none has.
@@ -115,16 +91,41 @@ inline std::string wrong_names(std::string_view names, std::size_t numbers)
                        numbers == 1 ? "number" : "numbers");
 }
 
-// One line for each of `values`. Throws std::invalid_argument unless each has a name, or none has.
-inline std::vector<std::string> value_lines(const std::string& names, const Numbers& values)
+// Why `units` do not suit so many linked numbers and what `names` call for; empty: they do.
+inline std::string wrong_units(const BurnInParams& of, std::size_t numbers)
 {
-    auto named = named_units(names);
-    const std::string wrong = wrong_names(names, values.size());
+    const auto units = parted_units(of.units);
+    const auto named = named_units(of.names);
+    if (!units.empty() && units.size() != numbers) {
+        return fmt::format("burn_in.units must have one for each number that is linked to "
+                           "`values`: it has {} for {}",
+                           units.size(), numbers);
+    }
+    for (std::size_t i = 0; i < std::min(units.size(), named.size()); ++i) {
+        if (factor_between(units[i], named[i].unit)) continue;
+        return fmt::format("`{}` is in {}, which `{}` is no unit of: name one to show it in, "
+                           "such as `{} ({})`",
+                           named[i].name, units[i], named[i].unit, named[i].name, units[i]);
+    }
+    return {};
+}
+
+// One line for each of `values`. Throws std::invalid_argument unless each has a name, or none has,
+// and as wrong_units() says.
+inline std::vector<std::string> value_lines(const BurnInParams& of, const Numbers& values)
+{
+    auto named = named_units(of.names);
+    std::string wrong = wrong_names(of.names, values.size());
+    if (wrong.empty()) wrong = wrong_units(of, values.size());
     if (!wrong.empty()) throw std::invalid_argument(wrong);
+    auto units = parted_units(of.units);
+    units.resize(values.size());
     std::vector<std::string> lines;
     for (std::size_t i = 0; i < values.size(); ++i) {
         if (named.size() == i) named.push_back({fmt::format("value {}", i + 1), ""});
-        lines.push_back(named[i].name + "   " + ::render::quantity_text(*values[i], named[i].unit));
+        const std::string& unit = named[i].unit.empty() ? units[i] : named[i].unit;
+        const double value = factor_between(units[i], unit).value_or(1) * *values[i];
+        lines.push_back(named[i].name + "   " + ::render::quantity_text(value, unit));
     }
     return lines;
 }
@@ -144,7 +145,7 @@ inline std::string burn_in_text(const BurnInParams& of, const Numbers& values, i
     if (!as_it_is && slow > 1) add("slow motion " + ::render::number_text(slow) + "x");
     if (!as_it_is && slow < 1) add("time lapse " + ::render::number_text(1 / slow) + "x");
     std::vector<std::string> lines{of.scene, line};
-    for (std::string& text : value_lines(of.names, values)) lines.push_back(std::move(text));
+    for (std::string& text : value_lines(of, values)) lines.push_back(std::move(text));
     lines.push_back(label);
     std::string all;
     for (const std::string& text : lines) {

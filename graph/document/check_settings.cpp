@@ -79,11 +79,24 @@ std::vector<LinkedNode> upstream_of(const Graph& graph, std::size_t node, const 
     return all;
 }
 
+// The text of a parameter, "block.name"; null where there is none.
+std::string* text_at(const std::vector<Param>& params, ParamValues& values, std::string_view path)
+{
+    const std::size_t dot = path.find('.');
+    for (std::size_t k = 0; k < params.size() && k < values.size(); ++k) {
+        if (params[k].name != path.substr(0, dot)) continue;
+        if (dot == path.npos) return std::get_if<std::string>(&values[k].is);
+        auto* const block = std::get_if<ParamValues>(&values[k].is);
+        return block ? text_at(params[k].children, *block, path.substr(dot + 1)) : nullptr;
+    }
+    return nullptr;
+}
+
 // What is linked to a node of `wrong`, or to one that is not there, is told of that alone: the link
 // counts, and the settings there may not be those meant.
 void check_node(Loading& loading, std::size_t i, const Wrong& wrong)
 {
-    const Node& node = loading.graph.nodes[i];
+    Node& node = loading.graph.nodes[i];
     if (!node.type->check) return;
     Setting setting;
     setting.frames = loading.options.written_frames > 0 ? loading.options.written_frames
@@ -100,6 +113,10 @@ void check_node(Loading& loading, std::size_t i, const Wrong& wrong)
         }
     }
     setting.upstream = [&] { return upstream_of(loading.graph, i, wrong); };
+    setting.complete = [&](std::string_view param, const std::string& text) {
+        std::string* const at = text_at(node.type->params, node.params, param);
+        if (at && at->empty()) *at = text;
+    };
     for (const Fault& fault : node.type->check(node.params, setting)) tell(loading, i, fault);
 }
 

@@ -21,7 +21,8 @@ struct UnitName {
     Measured is;
 };
 constexpr std::array<int, 4> none{}, length{1, 0, 0, 0}, mass{0, 1, 0, 0}, time{0, 0, 1, 0},
-    angle{0, 0, 0, 1}, force{1, 1, -2, 0}, stress{-1, 1, -2, 0}, rate{0, 0, -1, 0};
+    angle{0, 0, 0, 1}, force{1, 1, -2, 0}, stress{-1, 1, -2, 0}, rate{0, 0, -1, 0},
+    volume{3, 0, 0, 0}, energy{2, 1, -2, 0};
 constexpr UnitName known_units[] = {
     {"m", {1, length}},
     {"mm", {1e-3, length}},
@@ -51,7 +52,16 @@ constexpr UnitName known_units[] = {
     {"degrees", {1, angle}},
     {"°", {1, angle}},
     {"N", {1, force}},
+    {"mN", {1e-3, force}},
     {"kN", {1e3, force}},
+    {"MN", {1e6, force}},
+    {"l", {1e-3, volume}},
+    {"L", {1e-3, volume}},
+    {"ml", {1e-6, volume}},
+    {"J", {1, energy}},
+    {"mJ", {1e-3, energy}},
+    {"kJ", {1e3, energy}},
+    {"MJ", {1e6, energy}},
     {"%", {0.01, none}},
     {"1", {1, none}},
     {"rad", {180 / std::numbers::pi, angle}},

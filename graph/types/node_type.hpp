@@ -86,6 +86,9 @@ struct Setting {
     int frames = 1;                        // of which a cook writes files
     // All nodes that it depends on; null: not known.
     std::function<std::vector<LinkedNode>()> upstream = {};
+    // Puts a text that follows from what is linked into a parameter, "block.name", that the
+    // document leaves empty; null: nobody asks.
+    std::function<void(std::string_view param, const std::string& text)> complete = {};
 
     bool links(std::string_view input) const
     {

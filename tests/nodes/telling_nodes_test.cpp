@@ -349,6 +349,13 @@ TEST(RenderTells, BurnInWritesWhatIsAskedForAboveTheLabel)
     EXPECT_EQ(burn_in_text({"", false, false, 1, "tip (m), force (N),stretch"},
                            {number(0.0208), number(1200), number(1.5)}, 7, 0.25, "label"),
               "tip   0.0208 m\nforce   1.2 kN\nstretch   1.5\nlabel");
+    EXPECT_EQ(
+        burn_in_text({"", false, false, 1, "tip (mm), volume (l), heat (K), sag", "m, m^3, , m"},
+                     {number(0.0208), number(2), number(300), number(0.5)}, 7, 0.25, ""),
+        "tip   20.8 mm\nvolume   2000 l\nheat   300 K\nsag   0.5 m");
+    EXPECT_EQ(burn_in_text({"", false, false, 1, "turn (deg), load (kN)", "rad, N"},
+                           {number(1.5707963), number(-2500)}, 7, 0.25, ""),
+              "turn   90 deg\nload   -2.5 kN");
     EXPECT_EQ(burn_in_text({}, {number(3), number(4)}, 7, 0.25, ""), "value 1   3\nvalue 2   4");
     try {
         burn_in_text({"", false, false, 1, "tip"}, {number(3), number(4)}, 7, 0.25, "");
@@ -387,6 +394,43 @@ TEST(RenderTells, NumbersOfMeasureGoIntoThePicture)
     EXPECT_NE(picture("told"), picture("plain"));
     EXPECT_EQ(picture("told"), picture("unnamed"));  // by the nodes that they come from
     EXPECT_NE(picture("one"), picture("other"));
+}
+
+// 0.5 m of radius: 3.14 m^2.
+TEST(RenderTells, UnitsOfMeasureAreThoseInThePicture)
+{
+    const auto loaded = [](const char* burn_in) {
+        return graph::load_text(R"({ "aspic": 1, "nodes": {
+            "ball": { "type": "Primitive@1", "params": { "shape": "sphere" } },
+            "area": { "type": "Measure@1", "inputs": { "mesh": "ball" },
+                      "params": { "what": "area" } },
+            "count": { "type": "Measure@1", "inputs": { "mesh": "ball" },
+                       "params": { "what": "vertices" } },
+            "p": { "type": "Render@2", "inputs": { "mesh": "ball", "values": ["count", "area"] },
+                   "params": { "burn_in": {)" +
+                                    std::string(burn_in) + "} } } } }",
+                                "scene.json", nodes::registry());
+    };
+    const auto units = [](const graph::Graph& graph) {
+        const graph::Node& render = *std::find_if(graph.nodes.begin(), graph.nodes.end(),
+                                                  [](const auto& n) { return n.name == "p"; });
+        nodes::render::BurnInParams out;
+        for (std::size_t k = 0; k < render.params.size(); ++k) {
+            if (render.type->params[k].name != "burn_in") continue;
+            out.units =
+                std::get<std::string>(std::get<graph::ParamValues>(render.params[k].is).back().is);
+        }
+        return out.units;
+    };
+    EXPECT_EQ(units(loaded("").graph), ",m^2");
+    EXPECT_EQ(units(loaded(R"("units": "1,cm^2")").graph), "1,cm^2");
+    EXPECT_TRUE(loaded(R"-("names": "n, area (cm^2)")-").problems.empty());
+    const auto wrong = loaded(R"-("names": "n (of all), area (mm)")-");
+    ASSERT_EQ(wrong.problems.size(), 1u);
+    EXPECT_NE(wrong.problems[0].message.find("`area` is in m^2, which `mm` is no unit of"),
+              std::string::npos)
+        << wrong.problems[0].message;
+    EXPECT_EQ(loaded(R"("units": "m^2")").problems.size(), 1u);
 }
 
 TEST(RenderTells, NamesWithoutNumbersAreRefused)
