@@ -21,7 +21,9 @@ inline std::string seconds_text(double time, double slow_motion)
 {
     const int more = static_cast<int>(std::ceil(std::log10(slow_motion) - 1e-9));
     const int decimals = is_real_time(slow_motion) ? 2 : 2 + std::max(0, more);
-    return fmt::format("{:.{}f} s", time / slow_motion, decimals);
+    // Halves are exact in few places of a grid of frames: they go up, as people round.
+    const double scale = std::pow(10, decimals), seconds = time / slow_motion;
+    return fmt::format("{:.{}f} s", std::round(seconds * scale * (1 + 1e-12)) / scale, decimals);
 }
 
 }  // namespace nodes

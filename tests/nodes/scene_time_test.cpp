@@ -101,12 +101,16 @@ TEST(SceneTime, IsBelowThePicturesOfAContactSheet)
 TEST(SceneTime, HasMoreDecimalsInSlowMotion)
 {
     using nodes::seconds_text;
-    EXPECT_EQ(seconds_text(0.125, 1), "0.12 s");
+    EXPECT_EQ(seconds_text(0.125, 1), "0.13 s");
+    EXPECT_EQ(seconds_text(0.375, 1), "0.38 s");
+    EXPECT_EQ(seconds_text(1.005, 1), "1.01 s");
+    EXPECT_EQ(seconds_text(1 / 24.0, 1), "0.04 s");
+    EXPECT_EQ(seconds_text(-0.125, 1), "-0.13 s");
     EXPECT_EQ(seconds_text(0.125, 4), "0.031 s");
     EXPECT_EQ(seconds_text(0.125, 0.5), "0.25 s");
     using nodes::render::burn_in_text;
     EXPECT_EQ(burn_in_text({"", false, true, 0, ""}, {}, 7, 0.25, "", 4),
-              "0.062 s   slow motion 4x");
+              "0.063 s   slow motion 4x");
     EXPECT_EQ(burn_in_text({"", true, false, 0, ""}, {}, 7, 0.25, "", 4), "frame 7");
     EXPECT_EQ(burn_in_text({"", false, true, 1, ""}, {}, 7, 0.25, "", 4), "0.25 s");
 }
