@@ -56,12 +56,9 @@ struct Place {
         const ColourScale& scale = legend.scale;
         marks =
             ticks(scale.low, scale.high, std::clamp(int(float(bar_height) / (2.2f * size)), 1, 5));
-        const double spacing = marks.size() > 1 ? marks[1] - marks[0] : 1;
+        mark_texts = tick_texts(marks);
         float widest = 0;
-        for (const double mark : marks) {
-            mark_texts.push_back(tick_text(mark, spacing));
-            widest = std::max(widest, text_width(mark_texts.back(), size));
-        }
+        for (const auto& text : mark_texts) widest = std::max(widest, text_width(text, size));
         // In a narrow picture numbers get no more room than they need.
         const float beside =
             float(width) < 40 * size ? std::min(7 * size, widest + 2.4f * size) : 7 * size;
@@ -116,13 +113,13 @@ std::vector<double> ticks(double low, double high, int count)
     return out;
 }
 
-std::string tick_text(double value, double spacing)
+std::string tick_text(double value, double spacing, double largest)
 {
     if (value == 0) return "0";
-    const double largest = std::max(std::abs(value), spacing);
+    largest = std::max({std::abs(value), spacing, largest});
     std::array<char, 32> text{};
     if (largest >= 1e5 || largest < 1e-3) {
-        const int first = int(std::floor(std::log10(std::abs(value)) + 1e-9));
+        const int first = int(std::floor(std::log10(largest) + 1e-9));
         const int digits = std::max(0, first - last_power(spacing));
         std::snprintf(text.data(), text.size(), "%.*e", std::min(digits, 6), value);
     } else {
@@ -130,6 +127,16 @@ std::string tick_text(double value, double spacing)
         std::snprintf(text.data(), text.size(), "%.*f", std::min(digits, 9), value);
     }
     return text.data();
+}
+
+std::vector<std::string> tick_texts(const std::vector<double>& ticks)
+{
+    const double spacing = ticks.size() > 1 ? ticks[1] - ticks[0] : 1;
+    double largest = 0;
+    for (const double tick : ticks) largest = std::max(largest, std::abs(tick));
+    std::vector<std::string> out;
+    for (const double tick : ticks) out.push_back(tick_text(tick, spacing, largest));
+    return out;
 }
 
 std::array<float, 2> round_range(const std::vector<float>& values, bool even)

@@ -16,8 +16,11 @@ namespace render {
 // and at least two. None when the interval has no length or is not finite.
 std::vector<double> ticks(double low, double high, int count);
 
-// `value` in as few characters as tell it from others `spacing` away: "0.25", "1.2e+09".
-std::string tick_text(double value, double spacing);
+// `value` in as few characters as tell it from others `spacing` away: "0.25", "1.2e+09". Beside
+// others up to `largest` in size it has as many decimals, and an exponent where that has one.
+std::string tick_text(double value, double spacing, double largest = 0);
+// All of a scale, equally far apart, in one form.
+std::vector<std::string> tick_texts(const std::vector<double>& ticks);
 
 // The interval of `values` widened to round numbers, so that it flickers less from frame to frame.
 // Its ends are 0, or 1, 2 or 5 times a power of ten; where all values are farther from 0 than 0.3

@@ -53,6 +53,18 @@ TEST(Legend, TickTextsTellNeighboursApart)
     EXPECT_EQ(render::tick_text(7.5e6, 2.5e6), "7.5e+06");
 }
 
+TEST(Legend, TickTextsOfAScaleHaveOneForm)
+{
+    using Texts = std::vector<std::string>;
+    EXPECT_EQ(render::tick_texts({0, 0.0005, 0.001, 0.0015, 0.002}),
+              (Texts{"0", "0.0005", "0.0010", "0.0015", "0.0020"}));
+    EXPECT_EQ(render::tick_texts({5e4, 1e5, 1.5e5, 2e5}),
+              (Texts{"5.0e+04", "1.0e+05", "1.5e+05", "2.0e+05"}));
+    EXPECT_EQ(render::tick_texts({-2e5, -1e5, 0, 1e5}), (Texts{"-2e+05", "-1e+05", "0", "1e+05"}));
+    EXPECT_EQ(render::tick_texts({2e-4, 4e-4}), (Texts{"2e-04", "4e-04"}));
+    EXPECT_EQ(render::tick_texts({5}), (Texts{"5"}));
+}
+
 TEST(Legend, RangesAreRoundAndHoldAllThatIsFinite)
 {
     using Range = std::array<float, 2>;
