@@ -4,6 +4,7 @@
 #include "nodes/render_forces.hpp"
 #include "nodes/render_hints.hpp"
 #include "nodes/render_inputs.hpp"
+#include "nodes/render_missing.hpp"
 #include "nodes/render_things.hpp"
 #include "nodes/render_unseen.hpp"
 #include "nodes/render_upgrade.hpp"
@@ -181,6 +182,8 @@ static Outputs run(const Inputs& in, const graph::Context& context)
 {
     ::render::Scene scene;
     const Coloured by_attribute = coloured(in);
+    require_displacement(in, by_attribute);
+    warn_of_no_colours(in, context);
     add_legend(scene, in, by_attribute);
     add_meshes(scene, in, by_attribute.meshes);
     add_layers(scene, in);

@@ -185,6 +185,37 @@ TEST(RenderNode, OneScaleHoldsTheValuesOfAllThatIsDrawn)
     }
 }
 
+TEST(RenderNode, SaysWhyColoursAreNotKnown)
+{
+    NodeRun render("Render");
+    render.param("width").is = std::int64_t{32};
+    render.param("height").is = std::int64_t{32};
+    render.param("colour.by").is = std::string("attribute");
+    geometry::TriMesh ball = geometry::icosphere(0.5, 1);
+    render.inputs["mesh"] = {graph::Value::of(ball)};
+    const auto why = [&] {
+        try {
+            render.run();
+        } catch (const std::invalid_argument& error) {
+            return std::string(error.what());
+        }
+        return std::string();
+    };
+    EXPECT_NE(why().find("link the mesh at rest to `rest`"), std::string::npos) << why();
+    render.inputs["rest"] = {graph::Value::of(geometry::icosphere(0.5, 2))};
+    EXPECT_NE(why().find("has 162 vertices where the mesh has 42"), std::string::npos) << why();
+    render.inputs["rest"] = {graph::Value::of(ball)};
+    EXPECT_EQ(why(), "");
+    render.param("colour.by").is = std::string("vertex");
+    EXPECT_EQ(why(), "");
+    ASSERT_EQ(render.warnings.size(), 1u);
+    EXPECT_NE(render.warnings[0].find("drawn in their materials"), std::string::npos);
+    ball.colours.assign(ball.positions.size(), Vec3f(1, 0, 0));
+    render.inputs["mesh"].push_back(graph::Value::of(ball));
+    EXPECT_EQ(why(), "");
+    EXPECT_EQ(render.warnings.size(), 1u);
+}
+
 // Also where one end is the default or moves, which only a run knows.
 TEST(RenderNode, ARangeOfColoursThatRunsDownIsRefused)
 {
