@@ -435,10 +435,10 @@ void add_to(graph::Registry& registry)
 
 std::string nodes::unit_of(const graph::Node& node)
 {
-    return unit_of(graph::LinkedNode{{}, node.name, node.type, &node.params});
+    return unit_of_linked(graph::LinkedNode{{}, node.name, node.type, &node.params});
 }
 
-std::string nodes::unit_of(const graph::LinkedNode& node)
+std::string nodes::unit_of_linked(const graph::LinkedNode& node)
 {
     if (node.type->name != "Measure") return {};
     return std::string(measure::unit_of_quantity(node.text("what")));

@@ -120,7 +120,7 @@ static std::string units_of_values(const graph::Setting& setting)
     bool any = false;
     for (const graph::LinkedNode& source : setting.sources) {
         if (source.input != "values") continue;
-        const std::string unit = unit_of(source);
+        const std::string unit = unit_of_linked(source);
         any = any || !unit.empty();
         units += (numbers++ > 0 ? "," : "") + unit;
     }

@@ -10,6 +10,6 @@ namespace nodes {
 
 // Of a Measure's quantity. Empty: it has none, or is not known.
 std::string unit_of(const graph::Node& node);
-std::string unit_of(const graph::LinkedNode& node);
+std::string unit_of_linked(const graph::LinkedNode& node);
 
 }  // namespace nodes

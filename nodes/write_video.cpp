@@ -75,9 +75,10 @@ void add_to(graph::Registry& registry)
     registry.add("WriteVideo", 1, run)
         .summary("Encodes the pictures of WriteImage as a video, with ffmpeg.",
                  {"video", "movie", "mp4", "ffmpeg", "animation"})
-        .gather("frames", &Inputs::frames, every_frame,
-                "The picture files of all frames: `file` of a WriteImage. Of an odd width or height "
-                "the last column or row is left out, as H.264 needs even ones.")
+        .gather(
+            "frames", &Inputs::frames, every_frame,
+            "The picture files of all frames: `file` of a WriteImage. Of an odd width or height "
+            "the last column or row is left out, as H.264 needs even ones.")
         .path_out("path", &Inputs::path,
                   "Path of the file, below the output folder: H.264 in an .mp4, .m4v, .mov or "
                   ".mkv. A cook of some of the document's frames leaves that file as it is, and "
