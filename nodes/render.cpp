@@ -1,6 +1,7 @@
 #include "graph/document/frame_path.hpp"
 #include "graph/document/json.hpp"
 #include "graph/types/node_builder.hpp"
+#include "nodes/render_balls.hpp"
 #include "nodes/render_forces.hpp"
 #include "nodes/render_hints.hpp"
 #include "nodes/render_inputs.hpp"
@@ -68,8 +69,9 @@ static std::span<const Vec3f> held_points(const Inputs& in)
     return {};
 }
 
-// Beside the legend, where the camera fits what is drawn.
-static ::render::Camera camera_of(const Inputs& in, const ::render::Scene& scene, int turns)
+// Beside the legend, where the camera fits what is drawn, with balls of `radius` about its points.
+static ::render::Camera camera_of(const Inputs& in, const ::render::Scene& scene, int turns,
+                                  double radius)
 {
     const CameraParams& c = in.camera;
     if (in.view) return aimed_at(*in.view, scene.stage);
@@ -90,9 +92,15 @@ static ::render::Camera camera_of(const Inputs& in, const ::render::Scene& scene
     };
     const bool round = c.kind == CameraParams::Kind::turntable;
     const std::span<const Vec3f> points = held_points(in);
-    if (c.hold == CameraParams::Hold::box || points.empty()) return fit(scene.stage);
-    if (round) return fit(std::span<const Vec3f>(::render::turned_about(points)));
-    return fit(points);
+    if (c.hold == CameraParams::Hold::box || points.empty()) {
+        geometry::Box held = scene.stage;
+        if (!held.empty()) held.lo.array() -= radius, held.hi.array() += radius;
+        return fit(held);
+    }
+    std::vector<Vec3f> held(points.begin(), points.end());
+    if (radius > 0) held = with_balls(points, radius);
+    if (round) held = ::render::turned_about(held);
+    return fit(std::span<const Vec3f>(held));
 }
 
 static std::optional<double> ground_height(const GroundParams& ground, const geometry::Box& stage,
@@ -194,6 +202,7 @@ static Outputs run(const Inputs& in, const graph::Context& context)
         in.forces.empty() && in.colliders.empty()) {
         throw std::invalid_argument(nothing_to_draw);
     }
+    const double radius = radius_of_balls(scene);
     const auto floor = ::render::solid_floor(in.colliders);
     scene.stage =
         ::render::stage_of(in.shot ? in.shot.get() : in.rest.get(), in.cubes.get(), drawn, floor);
@@ -206,7 +215,7 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     scene.label = burn_in_text(in.burn_in, in.values, context.frame(), context.time(),
                                graph::frame_text(in.label, context.frame()), context.slow_motion());
 
-    const auto camera = camera_of(in, scene, context.frame() - context.range().first);
+    const auto camera = camera_of(in, scene, context.frame() - context.range().first, radius);
     std::vector<std::string> warnings;
     const auto check = [&] {
         if (context.stop.stop_requested()) throw graph::Cancelled();

@@ -50,7 +50,8 @@ inline void describe(graph::ParamsOf<CameraParams>& p)
         .choice(
             "hold", &CameraParams::hold, {"shape", "box"},
             "What is held: the points of `shot`, or else of `rest`, so that `margin` is what is "
-            "free around them, or the corners of their box. Without either it is the box of "
+            "free around them (of points, around their balls), or the corners of their box. "
+            "Without either it is the box of "
             "what is drawn. A camera at `eye` holds nothing; the parallel ones of four views do.")
         .param("azimuth", &CameraParams::azimuth,
                "Where the camera stands, seen from above: 0 towards +z, 90 towards +x.",

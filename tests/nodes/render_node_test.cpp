@@ -185,6 +185,44 @@ TEST(RenderNode, OneScaleHoldsTheValuesOfAllThatIsDrawn)
     }
 }
 
+// Balls of 0.6 m about points 2 m apart: a share of 0.1 is free beside the outermost on one side
+// at least, and nowhere less.
+TEST(RenderNode, ACameraThatFitsHoldsTheBallsOfPoints)
+{
+    geometry::TriMesh cloud;
+    for (const float x : {-1.0f, 1.0f}) {
+        for (const float y : {-1.0f, 1.0f}) cloud.positions.emplace_back(x, y, 0.0f);
+    }
+    NodeRun render("Render");
+    render.inputs["mesh"] = {graph::Value::of(cloud)};
+    render.param("width").is = std::int64_t{100};
+    render.param("height").is = std::int64_t{100};
+    render.param("look").is = std::string("plain");
+    render.param("ground.kind").is = std::string("none");
+    render.param("backdrop.top").is = std::array<double, 3>{0, 0, 0};
+    render.param("backdrop.horizon").is = std::array<double, 3>{0, 0, 0};
+    render.param("camera.azimuth").is = 0.0;
+    render.param("camera.elevation").is = 0.0;
+    render.param("camera.margin").is = 0.1;
+    render.param("show.point_size").is = 0.6;
+    for (const bool rest : {false, true}) {
+        if (rest) render.inputs["rest"] = {graph::Value::of(cloud)};
+        for (const char* kind : {"fit", "turntable"}) {
+            render.param("camera.kind").is = std::string(kind);
+            const auto image = render.run().as<::render::Image>();
+            std::size_t least = 100, most = 0;
+            for (std::size_t i = 0; i < 100 * 100; ++i) {
+                if (image->rgba[4 * i] < 20) continue;
+                least = std::min({least, i % 100, i / 100});
+                most = std::max({most, i % 100, i / 100});
+            }
+            EXPECT_GE(least, 9u) << kind << rest;
+            EXPECT_LE(most, 90u) << kind << rest;
+            EXPECT_LE(least, rest ? 16u : 20u) << kind << rest;
+        }
+    }
+}
+
 TEST(RenderNode, SaysWhyColoursAreNotKnown)
 {
     NodeRun render("Render");
