@@ -62,7 +62,11 @@ geometry::Cubes with_calibrated_stiffness(const geometry::TriMesh& mesh,
                                           const std::function<geometry::Cubes(int)>& fine_of,
                                           const graph::Context& context)
 {
-    const auto parts = physics::thin_parts(mesh, cubes, {true, 0});
+    auto parts = physics::thin_parts(mesh, cubes, {true, 0});
+    // Those that are right take no more fine cubes than others do.
+    std::erase_if(parts, [&](const physics::ThinPart& part) {
+        return !(part.factor > 1) || part.thickness > 5 * cubes.size;
+    });
     const auto thinnest =
         std::min_element(parts.begin(), parts.end(),
                          [](const auto& a, const auto& b) { return a.thickness < b.thickness; });

@@ -328,7 +328,9 @@ static Outputs run(const Inputs& in, const graph::Context& context)
     if (!solid || in.stiffness != Stiffness::calibrated) {
         planned = warn_of_thin_walls(body.thin, body.cubes, {solid, in.thickness},
                                      options.max_cubes, context);
-        bending = body.thin.empty() ? 1 : body.thin.front().factor;
+        if (!body.thin.empty()) bending = body.thin.front().factor;
+        const bool seems_right = !(bending > physics::bending_of_thick);
+        if (made > looked_at && seems_right) bending = graph::Figure::unknown;
     }
     if (once) {
         warn_of_glued_pieces(*in.mesh, body.cubes, in.pieces == Pieces::apart, in.join, planned,

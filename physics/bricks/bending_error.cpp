@@ -24,8 +24,9 @@ using geometry::Vec3;
 using geometry::Vec3i;
 
 constexpr std::size_t sample_count = 2048;
-constexpr double thin_below = 5;       // cubes: 1 + 0.75 * 2 / 25 is an error of 6 %
-constexpr double thinnest = 1e-3;      // cubes: faces nearer than this are two sides of one sheet
+constexpr double thin_below = 12;  // cubes: outer ones half full make an error of 3 / t^2, 2 %
+constexpr double alone_below = 5;  // cubes: thicker walls hold no half a cube more than they are
+constexpr double thinnest = 1e-3;  // cubes: faces nearer than this are two sides of one sheet
 constexpr double considerable = 0.25;  // share of a part's surface
 constexpr double least_held = 0.05;    // cubes: more than min_fill makes of the thinnest wall
 constexpr std::size_t few = 12;        // samples that say too little of a part
@@ -208,16 +209,16 @@ std::string part_name(const geometry::TriMesh& mesh, std::size_t pieces, std::ui
     return pieces > 1 ? "piece " + std::to_string(part + 1) : std::string();
 }
 
-// Whether the model is filled from 1.75 to 4.25 cubes below the surface on either side, so that no
+// Whether the model is filled from 1.75 to 11.25 cubes below the surface on either side, so that no
 // wall is thin there.
 bool thick(const Cubes& cubes, const geometry::WallSample& sample)
 {
     const Vec3 at = (sample.point - cubes.origin) / cubes.size;
     for (const double sign : {-1.0, 1.0}) {
         bool full = true;
-        for (const double depth : {1.75, 2.6, 3.4, 4.25}) {
+        for (double depth = 1.75; full && depth < thin_below - 0.5; depth += 9.5 / 11) {
             const Vec3 p = at + sign * depth * sample.inward;
-            full = full && held_by(cubes, p.array().floor().cast<int>()).share > 0.999;
+            full = held_by(cubes, p.array().floor().cast<int>()).share > 0.999;
         }
         if (full) return true;
     }
@@ -250,6 +251,8 @@ Wall wall_at(const Cubes& cubes, const geometry::CubeFinder* finder, const geome
     const Vec3 middle = found ? Vec3(s.point + 0.5 * t * s.inward) : s.point;
     const Section section = section_at(cubes, finder, middle, s.inward, wall.thickness);
     if (!(section.s0 > 0)) return wall;
+    const bool shared = wall.thickness > alone_below && section.s0 > wall.thickness + 0.5;
+    if (shared) return wall;
     wall.held = section.s0;
     wall.factor = 12 * section.variance() / (wall.thickness * wall.thickness);
     return wall;
@@ -339,12 +342,14 @@ std::vector<ThinPart> thin_parts(const geometry::TriMesh& mesh, const Cubes& cub
     for (auto& [number, by_lie] : thin) {
         const std::size_t of_part = all[number];
         ThinPart worst;
+        worst.factor = 0;
         for (std::vector<Wall>& walls : by_lie) {
             if (of_part < few || double(walls.size()) < considerable * double(of_part)) continue;
             const ThinPart part = together(std::move(walls), of_part, cubes.size);
-            if (part.factor > worst.factor) worst = part;
+            if (part.thickness > 0 && part.factor > worst.factor) worst = part;
         }
-        if (!(worst.factor > 1)) continue;
+        if (!(worst.thickness > 0)) continue;
+        worst.factor = std::max(worst.factor, 1.0);
         worst.name = part_name(mesh, pieces.count(), number);
         parts.push_back(worst);
     }

@@ -7,10 +7,11 @@
 // is smeared out. Bending grows with the second moment of the stiffness across the wall:
 //   S0 = int f ds,   V = int f s^2 ds / S0 - (int f s ds / S0)^2,   factor = V / (t^2 / 12)
 // A wall that is aligned with the grid and whole cubes thick gives 1; one of a single cube, partly
-// filled, (h / t)^2. A tilted wall gives 1 + 2 (h / t)^2 on average, as filling the cubes and
-// having the same stiffness in all of each add a variance of h^2 / 12 each. Between these lie the
-// sections that the wall's long side runs through one after another: they bend in series, so that
-// the soft ones count more. Where the long side lies along the grid, all sections are alike.
+// filled, (h / t)^2; one whose outer cubes are half full, 1 + 3 (h / t)^2 nearly. A tilted wall
+// gives 1 + 2 (h / t)^2 on average, as filling the cubes and having the same stiffness in all of
+// each add a variance of h^2 / 12 each. Between these lie the sections that the wall's long side
+// runs through one after another: they bend in series, so that the soft ones count more. Where the
+// long side lies along the grid, all sections are alike.
 
 #include "geometry/cubes/cubes.hpp"
 #include "geometry/mesh/mesh_fwd.hpp"
@@ -20,7 +21,7 @@
 
 namespace physics {
 
-// A part of a mesh, a considerable share of which is thin against the cubes.
+// A part of a mesh, a considerable share of which is at most 12 cubes thick.
 struct ThinPart {
     std::string name;               // "'seat'": its group; "piece 2"; empty: the whole mesh
     double thickness = 0;           // m, the median of its thin walls
@@ -36,8 +37,12 @@ struct WallOptions {
     double thickness = 0;  // m, of sheets; 0: unknown, nothing is said about them
 };
 
-// The thin parts, the one that is most wrong first. The factor is for the cubes' incompatible
-// element. The same for any number of threads.
+// Of parts that are thicker than is looked at, the stiffness in bending is at most this.
+inline constexpr double bending_of_thick = 1.02;
+
+// The parts that are looked at, the one that is most wrong first, also those that are right. What
+// is not among them is thicker than 12 cubes, is no wall, or is too small a part. The factor is for
+// the cubes' incompatible element. The same for any number of threads.
 std::vector<ThinPart> thin_parts(const geometry::TriMesh& mesh, const geometry::Cubes& cubes,
                                  const WallOptions& walls);
 

@@ -12,6 +12,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include <cmath>
 #include <sstream>
 
 namespace {
@@ -63,6 +64,41 @@ TEST(BodyCard, SaysWhatIsExactAndWhatTheCubesMakeOfIt)
     near("inertia about y per mass, m^2", 1.04 / 12, 1.04 / 12 + 2 * more);
     near("inertia about z per mass, m^2", 1.16 / 12, 1.16 / 12 + 2 * more);
     near("stiffness in bending, of the true one", 1, 1);
+}
+
+// Not a number where the card does not know it.
+double stiffness_in_bending(const std::string& box, double size)
+{
+    const files::Folder folder;
+    std::string out, err;
+    const std::string file = folder.write("box.json", document).string();
+    EXPECT_EQ(run({"card", file, "--no-disk-cache", "--json", "--set", "box.box.size=" + box,
+                   "--set", "body.size=" + std::to_string(size)},
+                  out, err),
+              runtime::exit_ok)
+        << err;
+    const auto card = nlohmann::json::parse(out).at("card");
+    const auto& told = card.at("stiffness in bending, of the true one").at("cubes");
+    return told.is_null() ? std::nan("") : told.get<double>();
+}
+
+// Of n full cubes and two that are filled to a share g, t = n + 2 g thick: these stand for matter
+// that is nearer to the middle by (1 - g) / 2 and has g^2 / 12 of its own about its middle.
+TEST(BodyCard, TheStiffnessInBendingCountsOuterCubesThatArePartlyFilled)
+{
+    const auto factor = [](double n, double g) {
+        const double t = n + 2 * g, spread = std::pow((n + 1) / 2, 2) + 1.0 / 12;
+        return (n * n * n / 12 + 2 * g * spread) / (t * t * t / 12);
+    };
+    EXPECT_NEAR(factor(4, 0.6), 1.104, 0.002);
+    EXPECT_NEAR(stiffness_in_bending("[1, 0.1, 0.13]", 0.025), factor(4, 0.6), 0.01);
+    EXPECT_NEAR(stiffness_in_bending("[1, 0.1, 0.13]", 0.0125), factor(9, 0.7), 0.003);
+}
+
+TEST(BodyCard, OfBodiesThatAreThickerThanIsLookedAtNoStiffnessIsTold)
+{
+    EXPECT_TRUE(std::isnan(stiffness_in_bending("[0.5, 0.26, 0.26]", 0.02)));
+    EXPECT_NEAR(stiffness_in_bending("[1, 0.2, 0.2]", 0.02), 1, 1e-6);
 }
 
 TEST(BodyCard, TheTextNamesTheBodyAndItsErrors)
