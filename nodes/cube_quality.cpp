@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <optional>
@@ -53,7 +54,8 @@ std::string percent(double share)
     return share < 10 ? fmt::format("{:.2g} %", 100 * share) : "over 1000 %";
 }
 
-// "cubes of 0.1, 0.05 and 0.025 m give 9.1, 9.4 and 9.5 Hz as lowest frequency, of order 1.9".
+// Of the vibration that is most wrong: "cubes of 0.1, 0.05 and 0.025 m give 9.1, 9.4 and 9.5 Hz as
+// the second lowest frequency, with order 1.9".
 std::string reason_of(const physics::SizeForError& found)
 {
     std::string sizes, hertz;
@@ -62,13 +64,17 @@ std::string reason_of(const physics::SizeForError& found)
         const physics::TriedSize& t = found.tried[i];
         const char* between = i == first ? "" : i + 1 == n ? " and " : ", ";
         sizes += between + fmt::format("{:.3g}", t.size);
-        hertz += between + (t.omega_sq.empty() ? std::string("an unknown number of")
-                                               : fmt::format("{:.4g}", std::sqrt(t.omega_sq[0]) /
-                                                                           (2 * std::numbers::pi)));
+        hertz += between + (t.omega_sq.empty()
+                                ? std::string("an unknown number of")
+                                : fmt::format("{:.4g}", std::sqrt(t.omega_sq[found.vibration]) /
+                                                            (2 * std::numbers::pi)));
     }
-    return fmt::format("cubes of {} m give {} Hz as the lowest frequency, {}", sizes, hertz,
+    constexpr std::array which{"", "second ", "third "};
+    return fmt::format("cubes of {} m give {} Hz as the {}lowest frequency, {}", sizes, hertz,
+                       which.at(found.vibration),
                        n < 3              ? "too few sizes to know an error"
                        : found.order == 0 ? "with no order of convergence yet"
+                       : found.order == 1 ? "with an order of 1 or less, taken as 1"
                                           : fmt::format("with order {:.2g}", found.order));
 }
 
@@ -81,9 +87,10 @@ std::string shortfall_of(const physics::SizeForError& found, const WantedQuality
                            "allows; ",
                            error, found.would_do, wanted.max_cubes);
     }
-    return fmt::format("no size was found for an error of {} among as many cubes as may be tried "
-                       "(30000, and max_cubes = {}); compare results with finer cubes; ",
-                       error, wanted.max_cubes);
+    return fmt::format(
+        "no size was found for an error of {} among as many cubes as may be tried "
+        "(30,000 to 100,000, and max_cubes = {}); compare results with finer cubes; ",
+        error, wanted.max_cubes);
 }
 
 // "with an error of about 7 % in stiffness (5 % wanted)".

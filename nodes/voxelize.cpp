@@ -370,9 +370,9 @@ constexpr const char* about_quality =
     "How the size of the cubes is chosen. by_size: by `size` or `resolution`. draft, good, exact: "
     "the coarsest cubes whose stiffness is within 20 %, 5 %, 1 %; by_error: within `error`. The "
     "error is estimated from the lowest vibrations of the free body with cubes of three sizes and "
-    "their observed order, of 30,000 at most, and by that order beyond. Where that takes more than "
-    "`max_cubes`, about the finest that it allows are made. What was chosen, and why, is told in a "
-    "warning.";
+    "their observed order, of 30,000 at most (100,000 where else far more would be made), and by "
+    "that order, at least 1, beyond. Where that takes more than `max_cubes`, about the finest that "
+    "it allows are made. What was chosen, and why, is told in a warning.";
 constexpr const char* about_size =
     "Edge of a cube; 0: from `resolution`. Documents may also say \"draft\", \"good\" or "
     "\"exact\", "

@@ -24,18 +24,20 @@ struct Limit {
 // Of stiffnesses at sizes h, 2h, 4h.
 Limit limit_of(const std::array<double, 3>& k)
 {
-    // Cubes converge with order 2 at best: what seems faster has only begun to.
-    constexpr double least = 0.5, best = 2;
+    // Cubes converge with order 2 at best: what seems faster has only begun to. Bodies without
+    // corners that go in have order 2, those with them 1 at least: what seems slower comes from how
+    // full outer cubes happen to be.
+    constexpr double least_seen = 0.5, least = 1, best = 2;
     constexpr double noise = 1e-6;  // of eigenvalues
     const double last = k[0] - k[1], before = k[1] - k[2];
     const double largest_change = std::max(std::abs(last), std::abs(before));
     if (largest_change <= noise * k[0]) return {k[0], std::abs(last), best};
     if (last == 0) return {k[0], 0.25 * largest_change, best};
-    if (!(before / last > std::exp2(least))) return {k[0], largest_change, 0};
-    const double order = std::min(best, std::log2(before / last));
+    if (!(before / last > std::exp2(least_seen))) return {k[0], largest_change, 0};
+    const double seen = std::log2(before / last), order = std::clamp(seen, least, best);
     const double step = last / (std::exp2(order) - 1);
     if (!(k[0] + step > 0)) return {k[0], largest_change, 0};
-    return {k[0] + step, 0.25 * std::abs(step), order};
+    return {k[0] + step, (seen < least ? 0.5 : 0.25) * std::abs(step), order};
 }
 
 TriedSize tried_size(const geometry::Cubes& cubes)
@@ -97,6 +99,7 @@ public:
             out_.tried.insert(out_.tried.begin(), tried_size(*cubes));
             estimate();
         }
+        if (is_far_to_foretell()) try_one_more();
         choose();
         return std::move(out_);
     }
@@ -119,6 +122,32 @@ private:
         return growth * last <= double(search_.most_tried);
     }
 
+    // m, that the order promises from the finest that was tried.
+    double promised() const
+    {
+        const TriedSize& last = out_.tried.back();
+        return last.size * std::pow(search_.error / last.error, 1 / order());
+    }
+    double order() const { return out_.order > 0 ? out_.order : 1; }
+
+    // Whether more cubes are promised than half the finest size takes.
+    bool is_far_to_foretell() const
+    {
+        if (limits_.empty() || out_.tried.back().size > search_.finest_needed) return false;
+        return !found() && promised() < 0.5 * out_.tried.back().size;
+    }
+
+    // That size, where its cubes are not too many.
+    void try_one_more()
+    {
+        const TriedSize& last = out_.tried.back();
+        if (8 * last.cubes > std::min(search_.most_at_last, search_.most)) return;
+        const auto cubes = cubes_of_(0.5 * last.size);
+        if (!cubes) return;
+        out_.tried.push_back(tried_size(*cubes));
+        estimate();
+    }
+
     void estimate()
     {
         limits_.clear();
@@ -132,7 +161,9 @@ private:
         for (TriedSize& t : out_.tried) t.error = error_of(t, limits_);
         for (std::size_t v = 0; v < vibrations; ++v) {
             const double error = error_of(out_.tried[n - 1].omega_sq[v], limits_[v]);
-            if (error == out_.tried[n - 1].error) out_.order = limits_[v].order;
+            if (error != out_.tried[n - 1].error) continue;
+            out_.order = limits_[v].order;
+            out_.vibration = v;
         }
     }
 
@@ -172,9 +203,7 @@ private:
         if (limits_.empty() || !(out_.error > search_.error) || out_.size > search_.finest_needed) {
             return;
         }
-        const double order = out_.order > 0 ? out_.order : 1;
-        const double tried = out_.size, error = out_.error;
-        const double wanted = tried * std::pow(search_.error / error, 1 / order);
+        const double tried = out_.size, error = out_.error, wanted = promised();
         out_.foretold = true;
         double size = finest_allowed();
         if (wanted >= size && cubes_of_(wanted)) {
@@ -189,7 +218,7 @@ private:
         while (size < tried && !cubes_of_(size)) size *= coarser;
         out_.size = std::min(size, tried);
         out_.foretold = size < tried;
-        out_.error = error * std::pow(out_.size / tried, order);
+        out_.error = error * std::pow(out_.size / tried, order());
     }
 
     // m, of as many cubes as are allowed, if the counts n of the two finest that were tried grow as

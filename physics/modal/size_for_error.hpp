@@ -32,6 +32,7 @@ struct SizeForError {
     double size = 0;   // m, the coarsest that is within the error, else the one nearest to it
     double error = 0;  // estimated, relative; infinity: not known
     double order = 0;  // of the vibration that is most wrong; 0: values do not converge yet
+    std::size_t vibration = 0;  // that is most wrong
     bool reached = false;
     bool foretold = false;         // by the order, 1 where none is known: this size was not tried
     double would_do = 0;           // m, not reached: cubes that the order promises; 0: not known
@@ -43,14 +44,17 @@ struct SizeSearch {
     double error = 0.05;
     // m, no answer before cubes as small as this were tried: what they blur cannot be judged.
     double finest_needed = std::numeric_limits<double>::infinity();
-    std::size_t most_tried = 30'000;                             // cubes
+    std::size_t most_tried = 30'000;     // cubes
+    std::size_t most_at_last = 100'000;  // cubes, of one more size before the order foretells more
     std::size_t most = std::numeric_limits<std::size_t>::max();  // cubes that `cubes_of` makes
 };
 
 // `cubes_of` makes cubes of a size, nothing where they would be too many. Cubes that would be more
-// than `most_tried` are not tried: the order foretells the size. Where that would be too many, the
-// answer is about the finest that is not. Throws what lowest_modes() throws for the coarsest cubes.
-// The same for any number of threads.
+// than `most_tried` are not tried: the order foretells the size. Where that would be less than half
+// of the finest size that was tried, one more is, of up to `most_at_last` cubes: an order that is
+// wrong is wrong by more the farther it is carried. Where the cubes would be too many, the answer
+// is about the finest that is not. Throws what lowest_modes() throws for the coarsest cubes. The
+// same for any number of threads.
 SizeForError size_for_error(const std::function<std::optional<geometry::Cubes>(double)>& cubes_of,
                             const SizeSearch& search);
 
