@@ -90,6 +90,15 @@ static void warn_of_missing(const std::vector<int>& missing, const std::filesyst
                  "else the first. Cook them to fill them in");
 }
 
+static void warn_of_outdated(const std::vector<int>& outdated, const std::filesystem::path& path,
+                             const graph::Context& context)
+{
+    if (outdated.empty()) return;
+    context.warn("frames " + some_of(outdated) + " of " + path.string() +
+                 " are of an earlier cook with other settings, by frames that both wrote: the file "
+                 "holds two motions. Cook all of its frames, or write to another path");
+}
+
 static std::string numbered_cache(const Inputs& in)
 {
     return "a pc2 holds all frames in one file: expected a path without #, found " +
@@ -113,13 +122,18 @@ static Outputs run_cache(const Inputs& in, const graph::Context& context)
     const geometry::PointCache cache{static_cast<std::uint32_t>(in.mesh->positions.size()),
                                      float(range.first), 1,
                                      static_cast<std::uint32_t>(range.count())};
-    std::vector<int> missing;
-    for (const std::uint32_t s : geometry::write_sample(path, cache, sample_of(context.frame()),
-                                                        in.mesh->positions, coming)) {
+    const geometry::SampleWritten written =
+        geometry::write_sample(path, cache, sample_of(context.frame()), in.mesh->positions, coming);
+    std::vector<int> missing, outdated;
+    for (const std::uint32_t s : written.missing) {
         if (std::binary_search(coming.begin(), coming.end(), s)) continue;
         missing.push_back(range.first + static_cast<int>(s));
     }
+    for (const std::uint32_t s : written.outdated) {
+        outdated.push_back(range.first + static_cast<int>(s));
+    }
     warn_of_missing(missing, path, context);
+    warn_of_outdated(outdated, path, context);
     return {{path.string(), {}, true}};
 }
 

@@ -79,6 +79,11 @@ public:
         resize(0);
         write(header_, 0);
     }
+    bool holds(std::uint32_t sample, const std::vector<Vec3f>& positions) const
+    {
+        return read(header_size + sample_size_ * sample, sample_size_) ==
+               std::string_view(reinterpret_cast<const char*>(positions.data()), sample_size_);
+    }
     void put(std::uint32_t sample, const std::vector<Vec3f>& positions)
     {
         write({reinterpret_cast<const char*>(positions.data()), sample_size_},
@@ -229,9 +234,9 @@ std::vector<Vec3f> read_sample(const fs::path& path, int frame)
     }
 }
 
-std::vector<std::uint32_t> write_sample(const fs::path& path, const PointCache& cache,
-                                        std::uint32_t sample, const std::vector<Vec3f>& positions,
-                                        std::span<const std::uint32_t> coming)
+SampleWritten write_sample(const fs::path& path, const PointCache& cache, std::uint32_t sample,
+                           const std::vector<Vec3f>& positions,
+                           std::span<const std::uint32_t> coming)
 {
     if (positions.size() != cache.points || sample >= cache.samples) {
         throw std::invalid_argument("the point cache holds " + std::to_string(cache.samples) +
@@ -250,14 +255,17 @@ std::vector<std::uint32_t> write_sample(const fs::path& path, const PointCache& 
     } else {
         std::tie(begin, end) = held(written, sample, coming);
     }
+    const bool changes = written[sample] != 0 && !file.holds(sample, positions);
     for (std::uint32_t s = begin; s < end; ++s) file.put(s, positions);
     written[sample] = 1;
     file.put_note(written);
-    std::vector<std::uint32_t> missing;
+    SampleWritten out;
     for (std::uint32_t s = 0; s < cache.samples; ++s) {
-        if (written[s] == 0) missing.push_back(s);
+        if (written[s] == 0) out.missing.push_back(s);
+        if (written[s] == 0 || s == sample || !changes) continue;
+        if (!std::binary_search(coming.begin(), coming.end(), s)) out.outdated.push_back(s);
     }
-    return missing;
+    return out;
 }
 
 }  // namespace geometry

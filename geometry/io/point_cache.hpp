@@ -13,6 +13,7 @@
 
 #include <filesystem>
 #include <span>
+#include <vector>
 
 namespace geometry {
 
@@ -26,15 +27,22 @@ struct PointCache {
     bool operator==(const PointCache&) const = default;
 };
 
+// What a point cache holds beside what the caller writes, samples ascending.
+struct SampleWritten {
+    std::vector<std::uint32_t> missing;  // nobody has written them
+    // Written by others, which made this sample other than it is now: they are of another motion.
+    std::vector<std::uint32_t> outdated;
+};
+
 // Puts one sample into the point cache at `path`, at its own place: samples may come in any order
 // and from several threads and processes. A file whose header is another's is begun anew. Samples
 // not written so far hold this one where it is the nearest, but for those `coming` (ascending),
-// which the caller is about to write, so that a sample is not written many times over. Returns the
-// samples that nobody has written, ascending. Throws std::runtime_error when it cannot be written
-// and std::invalid_argument when there are not cache.points positions or no such sample.
-std::vector<std::uint32_t> write_sample(const std::filesystem::path& path, const PointCache& cache,
-                                        std::uint32_t sample, const std::vector<Vec3f>& positions,
-                                        std::span<const std::uint32_t> coming = {});
+// which the caller is about to write, so that a sample is not written many times over, and which
+// are not outdated. Throws std::runtime_error when it cannot be written and std::invalid_argument
+// when there are not cache.points positions or no such sample.
+SampleWritten write_sample(const std::filesystem::path& path, const PointCache& cache,
+                           std::uint32_t sample, const std::vector<Vec3f>& positions,
+                           std::span<const std::uint32_t> coming = {});
 
 // The positions at frame `frame` of the point cache at `path`. Throws std::runtime_error naming the
 // file when it is none or is cut short, when it has no sample at that frame, and when nobody has

@@ -58,13 +58,13 @@ TEST(PointCache, AnotherCooksSamplesStayUnlessItsHeaderDiffers)
     const files::Folder folder;
     const auto path = folder.path / "a.pc2";
     const PointCache cache{3, 1, 1, 2};
-    EXPECT_EQ(write_sample(path, cache, 0, sample_at(3, 0)), Samples{1});
-    EXPECT_EQ(write_sample(path, cache, 1, sample_at(3, 1)), Samples{});
-    EXPECT_EQ(write_sample(path, cache, 1, sample_at(3, 1)), Samples{});
+    EXPECT_EQ(write_sample(path, cache, 0, sample_at(3, 0)).missing, Samples{1});
+    EXPECT_EQ(write_sample(path, cache, 1, sample_at(3, 1)).missing, Samples{});
+    EXPECT_EQ(write_sample(path, cache, 1, sample_at(3, 1)).missing, Samples{});
     EXPECT_EQ(files::bytes_of(path), expected_cache(3, 1, {0, 1}));
     const PointCache longer{4, 1, 1, 2};
-    EXPECT_EQ(write_sample(path, longer, 0, sample_at(4, 0)), Samples{1});
-    EXPECT_EQ(write_sample(path, longer, 1, sample_at(4, 1)), Samples{});
+    EXPECT_EQ(write_sample(path, longer, 0, sample_at(4, 0)).missing, Samples{1});
+    EXPECT_EQ(write_sample(path, longer, 1, sample_at(4, 1)).missing, Samples{});
     EXPECT_EQ(files::bytes_of(path), expected_cache(4, 1, {0, 1}));
 }
 
@@ -85,12 +85,29 @@ TEST(PointCache, ASampleThatNobodyWroteHoldsTheNearestOneBeforeItOrElseTheFirst)
             const auto path = folder.path / "a.pc2";
             Samples missing;
             for (const std::uint32_t s : order) {
-                missing = write_sample(path, cache, s, sample_at(3, s), coming);
+                missing = write_sample(path, cache, s, sample_at(3, s), coming).missing;
             }
             EXPECT_EQ(missing, (Samples{0, 1, 3, 5, 6}));
             EXPECT_EQ(samples_of(path, cache), expected_cache(3, 1, {2, 2, 2, 2, 4, 4, 4, 7}));
         }
     }
+}
+
+TEST(PointCache, SamplesOfAnotherMotionThanTheOneThatReplacesOneOfThemAreTold)
+{
+    const files::Folder folder;
+    const auto path = folder.path / "a.pc2";
+    const PointCache cache{3, 1, 1, 5};
+    for (const std::uint32_t s : {0u, 1u, 2u, 4u}) {
+        EXPECT_EQ(write_sample(path, cache, s, sample_at(3, s)).outdated, Samples{});
+    }
+    // The same again is of the same motion; a gap says nothing of the others.
+    EXPECT_EQ(write_sample(path, cache, 1, sample_at(3, 1)).outdated, Samples{});
+    EXPECT_EQ(write_sample(path, cache, 1, sample_at(3, 9)).outdated, (Samples{0, 2, 4}));
+    EXPECT_EQ(write_sample(path, cache, 3, sample_at(3, 9)).outdated, Samples{});
+    // Those that are coming will be of the new motion.
+    EXPECT_EQ(write_sample(path, cache, 1, sample_at(3, 8), Samples{1, 2}).outdated,
+              (Samples{0, 3, 4}));
 }
 
 TEST(PointCache, ALaterCookFillsTheGapsAndLeavesNoTraceOfThem)
@@ -99,7 +116,7 @@ TEST(PointCache, ALaterCookFillsTheGapsAndLeavesNoTraceOfThem)
     const auto path = folder.path / "a.pc2";
     const PointCache cache{3, 1, 1, 6};
     for (const std::uint32_t s : {0u, 3u}) write_sample(path, cache, s, sample_at(3, s));
-    EXPECT_EQ(write_sample(path, cache, 1, sample_at(3, 1)), (Samples{2, 4, 5}));
+    EXPECT_EQ(write_sample(path, cache, 1, sample_at(3, 1)).missing, (Samples{2, 4, 5}));
     EXPECT_EQ(samples_of(path, cache), expected_cache(3, 1, {0, 1, 1, 3, 3, 3}));
     for (const std::uint32_t s : {5u, 2u, 4u}) write_sample(path, cache, s, sample_at(3, s));
     EXPECT_EQ(files::bytes_of(path), expected_cache(3, 1, {0, 1, 2, 3, 4, 5}));
