@@ -164,7 +164,7 @@ private:
             tried.insert(tried.begin(), cook(dial, --coarsest, cubes));
             if (!out_.cancelled) estimate(tried);
         }
-        if (out_.cancelled) return;
+        if (out_.cancelled) return keep_cooked(std::move(tried));
         const Tuned* best = best_of(tried, wanted);
         out_.reached &= best != nullptr;
         if (!best) {
@@ -178,6 +178,15 @@ private:
         out_.error += best->error;
         out_.seconds = best->seconds;
         if (cubes) out_.filled = best->cubes;
+        out_.tried.push_back(std::move(tried));
+    }
+
+    // All but the one that was cancelled.
+    void keep_cooked(std::vector<Tuned> tried)
+    {
+        std::erase_if(tried, [](const Tuned& t) { return t.settings.empty(); });
+        if (tried.empty()) return;
+        estimate(tried);
         out_.tried.push_back(std::move(tried));
     }
 
@@ -197,6 +206,15 @@ private:
         return best;
     }
 
+    void begin(const SweepOptions& sweep_options) const
+    {
+        Settings settings;
+        for (const auto& varied : sweep_options.varied) {
+            settings.push_back({varied.target, varied.values.front()});
+        }
+        options_.begins(settings);
+    }
+
     Tuned cook(const Dial& dial, int halvings, bool cubes)
     {
         SweepOptions sweep_options = options_.sweep;
@@ -207,6 +225,7 @@ private:
             sweep_options.varied.push_back({s.target, {s.value}});
         }
         sweep_options.varied.push_back({dial.target, {fmt::format("{:.9g}", dial.at(halvings))}});
+        if (options_.begins) begin(sweep_options);
         const Swept swept = sweep(file_, registry_, sweep_options, caches_);
         out_.cancelled = swept.cancelled;
         Tuned tuned;

@@ -33,6 +33,7 @@ struct TuneOptions {
     double most_cubes = 1e6;
     SweepOptions sweep;  // measures, frames; empty measures: those of Measure nodes
     std::function<double(const graph::Value&)> count_cubes = {};
+    std::function<void(const Settings&)> begins = {};  // called before each setting
 };
 
 // A setting that was tried.
@@ -58,9 +59,9 @@ struct Tuning {
     // unknown.
     double filled = 0;
     std::string filled_node;
-    bool reached = false;  // the error that was asked for
-    std::string at_end;    // the parameter whose range ended before that; empty: none
-    bool cancelled = false;
+    bool reached = false;    // the error that was asked for
+    std::string at_end;      // the parameter whose range ended before that; empty: none
+    bool cancelled = false;  // `tried` holds the settings that were cooked before
 };
 
 // Throws std::invalid_argument when the graph has no such parameters or measures. `told` is called

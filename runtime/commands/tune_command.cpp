@@ -152,6 +152,11 @@ int run_tune(const CookRequest& request, const TuneRequest& wanted, const graph:
     caches.memory = MemoryCache(request.memory);
     caches.disk = open_cache(request, console);
     caches.side_files.remember_in(caches.disk.get());
+    if (!request.quiet) {
+        options.begins = [&](const Settings& settings) {
+            console.err << fmt::format("cooking {}\n", describe(settings)) << std::flush;
+        };
+    }
     std::set<std::string> warned;
     const Tuning tuning = tune(file, registry, options, caches, [&](const Tuned& t) {
         if (!request.quiet || !t.failure.empty()) {
@@ -163,7 +168,10 @@ int run_tune(const CookRequest& request, const TuneRequest& wanted, const graph:
             if (warned.insert(text).second) console.err << "  warning: " << text << "\n";
         }
     });
-    if (tuning.cancelled) return exit_cancelled;
+    if (tuning.cancelled) {
+        if (!request.json) write_table(tuning, console.out);
+        return exit_cancelled;
+    }
     if (request.json) {
         write_json(tuning, console.out);
     } else {

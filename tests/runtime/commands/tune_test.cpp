@@ -163,12 +163,20 @@ TEST(Tune, StopsAtAnySettingWhenItIsCancelled)
             options.sweep.load.sets.push_back({"model.size", size});
             options.sweep.cook.stop = source.get_token();
             Caches caches;
-            int done = 0;
+            int done = 0, begun = 0;
+            options.begins = [&](const Settings& settings) {
+                EXPECT_EQ(settings[0].target, "model.size");
+                EXPECT_EQ(++begun, done + 1);
+            };
             const Tuning tuning = tune(file, models(), options, caches, [&](const Tuned&) {
                 if (++done == after) source.request_stop();
             });
             EXPECT_TRUE(tuning.cancelled) << size << " " << after;
             EXPECT_EQ(done, after) << size;
+            EXPECT_GE(begun, done);
+            std::size_t kept = 0;
+            for (const auto& tried : tuning.tried) kept += tried.size();
+            EXPECT_EQ(kept, static_cast<std::size_t>(after)) << "of what was cooked, " << size;
         }
     }
 }
