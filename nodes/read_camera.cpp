@@ -58,8 +58,8 @@ void add_to(graph::Registry& registry)
                  "The file: glTF, FBX, COLLADA or another that assimp reads. It is read anew for "
                  "each frame: export the camera alone, its motion baked to a key a frame. Keys "
                  "between which the file steps or curves are joined straight; of several "
-                 "animations the first that moves the camera counts, and of COLLADA and FBX "
-                 "perspective cameras only.")
+                 "animations the first that moves the camera counts, and of FBX perspective "
+                 "cameras only.")
         .param("name", &Inputs::name, "Name of the camera; empty: the first of the file.")
         .param("start", &Inputs::start,
                "Time of the file at the first frame of the graph. Blender's glTF begins at frame "

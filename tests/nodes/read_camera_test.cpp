@@ -93,6 +93,86 @@ TEST(ReadCamera, StandsAndLooksAsTheFileSays)
     EXPECT_NEAR(height, 4, 1e-4);
 }
 
+// A COLLADA file whose unit is half a metre, with a camera at its middle for each of `optics`:
+// named c0, c1 and so on, and its node n0.
+std::string collada_cameras(const std::vector<std::string>& optics)
+{
+    std::string cameras, nodes;
+    for (std::size_t i = 0; i < optics.size(); ++i) {
+        const std::string number = std::to_string(i);
+        // COLLADA asks for no name.
+        cameras += std::string(i % 2 ? "<camera" : "<camera name=\"a\"") + " id=\"c" + number +
+                   "\"><optics><technique_common>\n" + optics[i] +
+                   "</technique_common></optics></camera>\n";
+        // The last comes first in the scene: the order tells nothing.
+        nodes = "<node id=\"n" + number + "\" name=\"n" + number + "\"><instance_camera url=\"#c" +
+                number + "\"/></node>\n" + nodes;
+    }
+    return R"(<?xml version="1.0"?>
+<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
+<asset><unit name="u" meter="0.5"/><up_axis>Y_UP</up_axis></asset><library_cameras>
+)" + cameras +
+           "</library_cameras><library_visual_scenes><visual_scene id=\"s\">" + nodes +
+           "</visual_scene></library_visual_scenes>"
+           "<scene><instance_visual_scene url=\"#s\"/></scene></COLLADA>";
+}
+
+std::string perspective(const std::string& says)
+{
+    return "<perspective>" + says + "<znear>0.1</znear><zfar>100</zfar></perspective>\n";
+}
+
+std::string orthographic(const std::string& says)
+{
+    return "<orthographic>" + says + "<znear>0.1</znear><zfar>100</zfar></orthographic>\n";
+}
+
+TEST(ReadCamera, SeesAsHighAsColladaSaysInAnyOfItsWays)
+{
+    // tan(31 degrees) is 1.5 times tan(21.83 degrees):
+    // half the width and half the height of a picture 1.5 or, as Render's, 16 / 9 times as wide.
+    const double half = std::atan(std::tan(31 * M_PI / 180) / 1.5) * 180 / M_PI;
+    const double high = 2 * half * M_PI / 180;
+    const double narrow = 2 * std::atan(std::tan(31 * M_PI / 180) * 9 / 16);
+    const std::string x = "<xfov sid=\"x\">62</xfov>";
+    const std::string y = "<yfov> " + std::to_string(2 * half) + " </yfov>";
+    const std::string aspect = "<aspect_ratio>1.5</aspect_ratio>";
+    const std::string wide = "<xmag>6</xmag>", tall = "<ymag>4</ymag>";
+    const files::Folder folder;
+    const std::string path =
+        folder
+            .write("cameras.dae", collada_cameras({
+                                      perspective(x),
+                                      perspective(x + aspect),
+                                      perspective("<!-- <xfov>9</xfov> -->" + y),
+                                      perspective(y + aspect),
+                                      perspective(x + y),
+                                      orthographic(wide),
+                                      orthographic(wide + aspect),
+                                      orthographic(tall),
+                                      orthographic(tall + aspect),
+                                      orthographic(wide + tall),
+                                  }))
+            .string();
+    const auto read = [&](std::size_t i) {
+        NodeRun node("ReadCamera");
+        node.param("path").is = path;
+        node.param("name").is = "n" + std::to_string(i);
+        return *node.run().as<Camera>();
+    };
+    const std::vector<double> angles{narrow, high, high, high, high};
+    // Single precision.
+    for (std::size_t i = 0; i < 5; ++i) EXPECT_NEAR(read(i).field_of_view, angles[i], 1e-6) << i;
+    // Both magnifications are half a picture: 12 x 8 units of half a metre.
+    const std::vector<double> heights{6 * 9 / 16.0, 4, 4, 4, 4};
+    for (std::size_t i = 0; i < 5; ++i) {
+        const Camera camera = read(5 + i);
+        const double height =
+            2 * std::tan(camera.field_of_view / 2) * (camera.eye - camera.target).norm();
+        EXPECT_NEAR(height, heights[i], 1e-4) << i;
+    }
+}
+
 TEST(ReadCamera, MovesWithItsNodesAndStandsAfterwards)
 {
     const files::Folder folder;

@@ -344,7 +344,11 @@ void read(const std::string& path, const std::string& root, Wanted wanted, Impor
     // Never destroyed: the process ends when its work is done, and taking millions of faces apart
     // takes time.
     auto* importer = new Assimp::Importer;
-    importer->SetIOHandler(new RememberingFiles(path, root, out.files));
+    std::vector<ColladaLens> lenses;
+    const std::string extension = lower(fs::path(path).extension().string());
+    auto* files = new RememberingFiles(path, root, out.files);
+    if (wanted == Wanted::cameras && extension == ".dae") files->lenses = &lenses;
+    importer->SetIOHandler(files);
     importer->SetPropertyBool(AI_CONFIG_IMPORT_FBX_PRESERVE_PIVOTS, false);
     importer->SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_USE_COLLADA_NAMES, true);
     importer->SetPropertyBool(AI_CONFIG_IMPORT_NO_SKELETON_MESHES, true);
@@ -356,7 +360,6 @@ void read(const std::string& path, const std::string& root, Wanted wanted, Impor
         return;
     }
 
-    const std::string extension = lower(fs::path(path).extension().string());
     if (extension == ".gltf" || extension == ".glb") {
         out.linear_colours = true;
         out.unit = 1;
@@ -367,7 +370,9 @@ void read(const std::string& path, const std::string& root, Wanted wanted, Impor
     } else if (extension == ".fbx") {
         read_fbx_settings(scene->mMetaData, out);
     }
-    if (wanted == Wanted::cameras) return read_cameras(*scene, out.linear_colours, out);
+    if (wanted == Wanted::cameras) {
+        return read_cameras(*scene, out.linear_colours, lenses, out);
+    }
     for (unsigned i = 0; i < scene->mNumMeshes; ++i) {
         out.meshes.push_back(mesh_of(*scene, *scene->mMeshes[i]));
     }

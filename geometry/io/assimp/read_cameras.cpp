@@ -139,13 +139,16 @@ ImportedCamera camera_of(const aiScene& scene, const aiCamera& in)
 
 }  // namespace
 
-void read_cameras(const aiScene& scene, bool gltf, ImportedScene& out)
+void read_cameras(const aiScene& scene, bool gltf, std::span<const ColladaLens> lenses,
+                  ImportedScene& out)
 {
     // Up to assimp 5.2 the width's angle of glTF is that of the height times the aspect, or itself
     // where the file says none.
     const unsigned version = 100 * aiGetVersionMajor() + aiGetVersionMinor();
     for (unsigned i = 0; i < scene.mNumCameras; ++i) {
         ImportedCamera& camera = out.cameras.emplace_back(camera_of(scene, *scene.mCameras[i]));
+        const std::size_t lens = lens_number(scene.mCameras[i]->mClipPlaneFar);
+        if (lens < lenses.size()) set_lens(lenses[lens], camera);
         if (!gltf) continue;
         camera.position = {0, 0, 0};  // assimp tells the move of its node a second time
         if (camera.half_width > 0) continue;

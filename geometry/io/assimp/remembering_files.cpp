@@ -106,8 +106,13 @@ Assimp::IOStream* RememberingFiles::Open(const char* path, const char* mode)
     if (std::strchr(mode, 'w')) return nullptr;
     Assimp::IOStream* stream = allowed(path) ? DefaultIOSystem::Open(path, mode) : nullptr;
     remember(path, stream != nullptr);
-    if (!stream || !is_obj_) return stream;
+    const bool numbered = lenses && path == mesh_;
+    if (!stream || !(is_obj_ || numbered)) return stream;
     std::string text = all_of(std::unique_ptr<Assimp::IOStream>(stream));
+    if (numbered) {
+        *lenses = number_lenses(text);
+        return stream_of(text);
+    }
     // Whatever an OBJ opens beside itself, by any name, is a library.
     if (path != mesh_) return stream_of(readable_library(text));
     if (keep_blanks(text)) return stream_of(text);

@@ -2,6 +2,7 @@
 
 // The files that assimp opens for a mesh.
 
+#include "geometry/io/assimp/collada_lenses.hpp"
 #include "geometry/io/assimp_messages.hpp"
 
 #include <assimp/DefaultIOSystem.h>
@@ -17,6 +18,9 @@ public:
                      std::vector<ImportedFile>& files);
     bool Exists(const char* path) const override;
     Assimp::IOStream* Open(const char* path, const char* mode) override;
+
+    // Where those of a COLLADA file go, which assimp is then given numbered; null: nowhere.
+    std::vector<ColladaLens>* lenses = nullptr;
 
 private:
     bool allowed(const std::filesystem::path& path) const;
