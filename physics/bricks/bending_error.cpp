@@ -251,6 +251,8 @@ Wall wall_at(const Cubes& cubes, const geometry::CubeFinder* finder, const geome
     const Vec3 middle = found ? Vec3(s.point + 0.5 * t * s.inward) : s.point;
     const Section section = section_at(cubes, finder, middle, s.inward, wall.thickness);
     if (!(section.s0 > 0)) return wall;
+    // Between the faces of a hollow is less matter than half of a wall there would be.
+    if (wall.thickness > 1 && section.s0 < 0.5 * wall.thickness) return wall;
     const bool shared = wall.thickness > alone_below && section.s0 > wall.thickness + 0.5;
     if (shared) return wall;
     wall.held = section.s0;

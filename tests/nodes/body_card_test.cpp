@@ -5,6 +5,7 @@
 #include "geometry/cubes/voxelize.hpp"
 #include "geometry/mesh/merge.hpp"
 #include "geometry/mesh/primitive.hpp"
+#include "physics/bricks/bending_error.hpp"
 #include "runtime/commands/command_line.hpp"
 #include "tests/geometry/files.hpp"
 #include "tests/nodes/one_node.hpp"
@@ -99,6 +100,24 @@ TEST(BodyCard, OfBodiesThatAreThickerThanIsLookedAtNoStiffnessIsTold)
 {
     EXPECT_TRUE(std::isnan(stiffness_in_bending("[0.5, 0.26, 0.26]", 0.02)));
     EXPECT_NEAR(stiffness_in_bending("[1, 0.2, 0.2]", 0.02), 1, 1e-6);
+}
+
+// A ball with a hollow of 8 cubes.
+TEST(BodyCard, AHollowIsNoWall)
+{
+    const geometry::TriMesh outer = geometry::icosphere(0.5, 3);
+    geometry::TriMesh inner = geometry::icosphere(0.4, 3);
+    geometry::MeshTopology in = *inner.topology;
+    for (auto& t : in.triangles) std::swap(t[1], t[2]);
+    inner.topology = std::make_shared<const geometry::MeshTopology>(std::move(in));
+    const std::array<const geometry::TriMesh*, 2> both{&outer, &inner};
+    const geometry::TriMesh mesh = geometry::merge(both);
+    const geometry::Cubes cubes = geometry::voxelize_solid(
+        mesh, geometry::FaceMatter{{}, {geometry::Matter{}}, {}}, geometry::Inside::winding, 0,
+        {0.1, {-0.5, -0.5, -0.5}, geometry::Vec3i::Zero()}, {});
+    for (const auto& part : physics::thin_parts(mesh, cubes, {})) {
+        EXPECT_LT(part.thickness, 0.2) << part.name;
+    }
 }
 
 TEST(BodyCard, TheTextNamesTheBodyAndItsErrors)
