@@ -80,6 +80,73 @@ bool keep_blanks(std::string& text)
     return any;
 }
 
+bool is_blank(char c)
+{
+    return c == ' ' || c == '\t';
+}
+
+// Where the line around `at` begins. One that ends in a backslash goes on in the next.
+std::size_t line_start(const std::string& text, std::size_t at)
+{
+    while (at > 0) {
+        at = text.rfind('\n', at - 1);
+        if (at == std::string::npos || at == 0) return at + 1;
+        const std::size_t last = text.find_last_not_of('\r', at - 1);
+        if (last == std::string::npos || text[last] != '\\') return at + 1;
+    }
+    return 0;
+}
+
+// Whether it is in a line of a position, normal or texture coordinates.
+bool is_of_vertex(const std::string& text, std::size_t at)
+{
+    const std::size_t line = line_start(text, at);
+    const std::string word = word_of(text.substr(line, at - line));
+    return word == "v" || word == "vn" || word == "vt";
+}
+
+// Where the numbers of vertices begin with a point.
+std::vector<std::size_t> bare_points(const std::string& text)
+{
+    std::vector<std::size_t> out;
+    std::size_t line_end = 0;  // of the last line looked at
+    bool of_vertex = false;
+    const auto look = [&](std::size_t at) {
+        const bool digit = at + 1 < text.size() && text[at + 1] >= '0' && text[at + 1] <= '9';
+        if (text[at] != '.' || !(is_blank(text[at - 1]) || text[at - 1] == '\n') || !digit) return;
+        if (at >= line_end) {
+            of_vertex = is_of_vertex(text, at);
+            line_end = std::min(text.find('\n', at), text.size());
+        }
+        if (of_vertex) out.push_back(at);
+    };
+    const char* const t = text.data();
+    constexpr std::size_t block = 4096;
+    for (std::size_t from = 1; from < text.size(); from += block) {
+        const std::size_t to = std::min(from + block, text.size());
+        bool any = false;  // most blocks have none: found without a branch, many at once
+        for (std::size_t i = from; i < to; ++i) any |= (t[i] == '.') & (t[i - 1] <= ' ');
+        for (std::size_t i = from; any && i < to; ++i) look(i);
+    }
+    return out;
+}
+
+// Writes 0.5 for the .5 of vertices: assimp 5.2 counts the numbers of a line that begin with a
+// digit or a sign, and leaves out vertices of which others are too few. False where there are none.
+bool complete_numbers(std::string& text)
+{
+    const std::vector<std::size_t> points = bare_points(text);
+    std::string out;
+    out.reserve(points.empty() ? 0 : text.size() + points.size());
+    std::size_t from = 0;
+    for (const std::size_t point : points) {
+        out.append(text, from, point - from) += '0';
+        from = point;
+    }
+    if (!points.empty()) text = out.append(text, from);
+    return !points.empty();
+}
+
 }  // namespace
 
 std::string lower(std::string text)
@@ -115,7 +182,8 @@ Assimp::IOStream* RememberingFiles::Open(const char* path, const char* mode)
     }
     // Whatever an OBJ opens beside itself, by any name, is a library.
     if (path != mesh_) return stream_of(readable_library(text));
-    if (keep_blanks(text)) return stream_of(text);
+    const bool blanks = keep_blanks(text), numbers = complete_numbers(text);
+    if (blanks || numbers) return stream_of(text);
     text = {};
     return DefaultIOSystem::Open(path, mode);
 }

@@ -275,6 +275,36 @@ TEST(ReadMesh, AnObjWithItsMaterials)
     EXPECT_EQ(read.side_files[0], folder.path / "cube.mtl");
 }
 
+// A tetrahedron with normals and texture coordinates, and a vertex that no face has, written with
+// `half` for 0.5.
+std::string halves(const std::string& half)
+{
+    const std::string h = ' ' + half;
+    return "mtllib ./none.mtl\no part.5 .5\n# v .5 of old\n\nv" + h + " 0 0\nv 1\t" + half +
+           " 0\r\nv 0 \\\n" + half + " 1\nv" + h + h + h + "\n v 9 9 9\n" +  //
+           "vt" + h + h + "\nvt 1" + h + "\nvt 0 0\n" +                      //
+           "vn" + h + " 0 1\nvn 0 1 0\n" +
+           "f 1/1/1 2/2/1 3/3/1\nf 1/1/2 2/2/2 4/3/2\nf 2/1/1 3/2/1 4/3/1\n"
+           "f 1/1/2 3/2/2 4/3/2";
+}
+
+TEST(ReadMesh, NumbersOfAnObjMayBeginWithTheirPoint)
+{
+    const files::Folder folder;
+    const TriMesh plain = read_mesh(folder.write("a.obj", halves("0.5"))).mesh;
+    ASSERT_EQ(plain.positions.size(), 4u);
+    for (const char* half : {".5", "+.5", ".5000", ".05e1", ".05E+01", "5.e-1", "\t.5"}) {
+        const TriMesh mesh = read_mesh(folder.write("b.obj", halves(half))).mesh;
+        EXPECT_EQ(mesh.positions, plain.positions) << half;
+        EXPECT_EQ(mesh.normals, plain.normals) << half;
+        EXPECT_EQ(mesh.topology->uvs, plain.topology->uvs) << half;
+        EXPECT_EQ(mesh.triangles(), plain.triangles()) << half;
+        EXPECT_EQ(mesh.topology->groups, plain.topology->groups) << half;
+    }
+    const TriMesh below = read_mesh(folder.write("a.obj", halves("-0.5"))).mesh;
+    EXPECT_EQ(read_mesh(folder.write("b.obj", halves("-.5"))).mesh.positions, below.positions);
+}
+
 TEST(ReadMesh, AMissingMaterialLibraryIsAWarningAndNamesStay)
 {
     const files::Folder folder;
