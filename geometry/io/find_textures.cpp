@@ -164,8 +164,9 @@ void warn_of_unused(Search& search)
     for (const ImportedMaterial& m : search.scene.materials) {
         if (m.picture.turned) {
             search.out.warnings.push_back(fmt::format("material \"{}\": the turn of its picture is "
-                                                      "not used; turn the texture coordinates "
-                                                      "instead.",
+                                                      "not used, nor are the scale and offset that "
+                                                      "it has; apply them to the texture "
+                                                      "coordinates instead.",
                                                       m.name));
         }
         const fs::path mask = fs::path(plain_path(m.opacity_picture)).filename();
