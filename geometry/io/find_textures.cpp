@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <map>
 #include <optional>
+#include <set>
 #include <stdexcept>
 
 namespace geometry {
@@ -158,9 +159,31 @@ TextureUse use_of(Search& search, const ImportedMaterial& m, const Texture* text
     return use;
 }
 
+// glTF 2.0 multiplies a picture by the colours of vertices (COLOR_0). White ones change nothing.
+void warn_of_vertex_colours(Search& search)
+{
+    if (!search.scene.linear_colours) return;  // it is no glTF
+    std::set<std::uint32_t> tinted;
+    for (const ImportedMesh& mesh : search.scene.meshes) {
+        const bool white = std::all_of(mesh.colours.begin(), mesh.colours.end(),
+                                       [](const Vec3f& c) { return (c.array() > 0.998f).all(); });
+        if (!white) tinted.insert(mesh.material);
+    }
+    for (const std::uint32_t m : tinted) {
+        if (m >= search.scene.materials.size()) continue;
+        const ImportedMaterial& material = search.scene.materials[m];
+        if (material.picture.path.empty()) continue;
+        search.out.warnings.push_back(fmt::format("material \"{}\": the vertex colours that "
+                                                  "multiply its picture are not used; multiply "
+                                                  "the picture by them instead.",
+                                                  material.name));
+    }
+}
+
 // Sentences about what materials have and nothing here uses.
 void warn_of_unused(Search& search)
 {
+    warn_of_vertex_colours(search);
     for (const ImportedMaterial& m : search.scene.materials) {
         if (m.picture.turned) {
             search.out.warnings.push_back(fmt::format("material \"{}\": the turn of its picture is "

@@ -361,6 +361,21 @@ TEST(Textures, AGltfMayMoveAndScaleItsPicture)
                          "nor are the scale and offset"));
 }
 
+TEST(Textures, VertexColoursThatMultiplyAPictureAreTold)
+{
+    const files::Folder folder;
+    TriMesh mesh = textured();
+    const auto told = [&](const Vec3f& colour) {
+        mesh.colours.assign(mesh.positions.size(), Vec3f::Ones());
+        mesh.colours[0] = colour;  // of wood
+        return read_mesh(folder.write("tinted.glb", glb_bytes(mesh)));
+    };
+    const ReadMesh tinted = told({1, 0.5f, 1});
+    EXPECT_TRUE(mentions(tinted, "material \"wood\": the vertex colours that multiply"));
+    EXPECT_FALSE(mentions(tinted, "material \"plain\": the vertex colours"));
+    EXPECT_FALSE(mentions(told({1, 1, 1}), "the vertex colours"));
+}
+
 TEST(Textures, APlyHasCoordinatesAlsoAtSeamsAndNamesItsOnePicture)
 {
     const files::Folder folder;
