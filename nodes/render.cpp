@@ -97,6 +97,7 @@ static ::render::Camera camera_of(const Inputs& in, const ::render::Scene& scene
         if (!held.empty()) held.lo.array() -= radius, held.hi.array() += radius;
         return fit(held);
     }
+    if (!round && !(radius > 0)) return fit(points);
     std::vector<Vec3f> held(points.begin(), points.end());
     if (radius > 0) held = with_balls(points, radius);
     if (round) held = ::render::turned_about(held);

@@ -216,8 +216,8 @@ void restrict_corners(const CoarseGrid& grid, std::span<const Vec3i> corner, con
     const auto force = [&](std::uint32_t k) { return four(r + 4 * std::size_t{slot[k]}); };
     if (!turns) return restrict_to(grid, corner, force, by_cell, by_node);
     const auto turned_back = [&](std::uint32_t k) -> Vector4f {
-        const float *const row = turns + 12 * std::size_t{k}, *const f =
-                                                                  r + 4 * std::size_t{slot[k]};
+        const float* const row = turns + 12 * std::size_t{k};
+        const float* const f = r + 4 * std::size_t{slot[k]};
         return f[0] * four(row) + f[1] * four(row + 4) + f[2] * four(row + 8);
     };
     restrict_to(grid, corner, turned_back, by_cell, by_node);
